@@ -1,0 +1,202 @@
+//! The curriculum as data: phases with their lengths, ranges of the command and changed weights.
+
+use crate::parameters::require;
+use crate::{RewardParameters, TaskError};
+use rand::{Rng, RngExt};
+use serde::{Deserialize, Serialize};
+
+/// One phase of training. Everything optional stays as the task has it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Phase {
+    /// Name, for logs.
+    pub name: String,
+    /// Length in environment steps.
+    pub steps: u64,
+    /// Range from which `ω_v` is drawn, at the start of the phase.
+    pub omega_v: [f64; 2],
+    /// Range at its end; between the two the range moves linearly. Default: the same range.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub omega_v_end: Option<[f64; 2]>,
+    /// Replaces `ω_E` during the phase.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub omega_e: Option<f64>,
+    /// Replaces `ω_s` during the phase.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub omega_s: Option<f64>,
+    /// Replaces the start's speed by one drawn uniformly from this range, in m/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_speed_m_per_s: Option<[f64; 2]>,
+}
+
+/// How `ω_v` is drawn from the phase's range.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CommandDraw {
+    /// Share of draws taken from `focus` instead of the phase's range.
+    pub focus_share: f64,
+    /// The range of those draws, cut to the phase's range.
+    pub focus: [f64; 2],
+    /// Mean time between changes of the command within an episode, in s; 0: never (the paper).
+    pub redraw_interval_s: f64,
+    /// Longest ramp of such a change, in s; its length is drawn uniformly from 0 to this.
+    pub redraw_ramp_s: f64,
+}
+
+impl Default for CommandDraw {
+    fn default() -> Self {
+        Self {
+            focus_share: 0.0,
+            focus: [-0.2, 0.5],
+            redraw_interval_s: 0.0,
+            redraw_ramp_s: 0.4,
+        }
+    }
+}
+
+/// The phases of a training run in order, and how commands are drawn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Curriculum {
+    /// How `ω_v` is drawn.
+    pub command: CommandDraw,
+    /// The phases.
+    pub phases: Vec<Phase>,
+}
+
+/// What holds at one step of training.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhaseSettings {
+    /// Index of the phase.
+    pub index: usize,
+    /// Range of `ω_v`.
+    pub omega_v: [f64; 2],
+    /// The reward in force.
+    pub reward: RewardParameters,
+    /// Range of the start's speed, if the phase sets one, in m/s.
+    pub start_speed_m_per_s: Option<[f64; 2]>,
+}
+
+impl Default for Curriculum {
+    /// The paper's schedule: 10 million steps in two phases, the first relaxed at its beginning.
+    fn default() -> Self {
+        let phase = |name: &str, steps, omega_v| Phase {
+            name: name.to_owned(),
+            steps,
+            omega_v,
+            omega_v_end: None,
+            omega_e: None,
+            omega_s: None,
+            start_speed_m_per_s: None,
+        };
+        Self {
+            command: CommandDraw::default(),
+            phases: vec![
+                Phase {
+                    omega_e: Some(0.06),
+                    omega_s: Some(0.0),
+                    ..phase("I, relaxed", 500_000, [-0.2, 0.2])
+                },
+                phase("I", 4_000_000, [-0.2, 0.2]),
+                phase("II", 5_500_000, [-0.5, 3.5]),
+            ],
+        }
+    }
+}
+
+impl Curriculum {
+    /// Total length in environment steps.
+    pub fn total_steps(&self) -> u64 {
+        self.phases.iter().map(|p| p.steps).sum()
+    }
+
+    /// What holds at environment step `step`, given the task's own reward.
+    /// Past the end the last phase goes on.
+    pub fn at(&self, step: u64, reward: &RewardParameters) -> PhaseSettings {
+        let mut start = 0;
+        let last = self.phases.len().saturating_sub(1);
+        for (index, phase) in self.phases.iter().enumerate() {
+            if step < start + phase.steps || index == last {
+                let progress =
+                    ((step - start) as f64 / phase.steps.max(1) as f64).clamp(0.0, 1.0);
+                let end = phase.omega_v_end.unwrap_or(phase.omega_v);
+                let mix = |k: usize| phase.omega_v[k] + progress * (end[k] - phase.omega_v[k]);
+                return PhaseSettings {
+                    index,
+                    omega_v: [mix(0), mix(1)],
+                    reward: RewardParameters {
+                        omega_e: phase.omega_e.unwrap_or(reward.omega_e),
+                        omega_s: phase.omega_s.unwrap_or(reward.omega_s),
+                        ..reward.clone()
+                    },
+                    start_speed_m_per_s: phase.start_speed_m_per_s,
+                };
+            }
+            start += phase.steps;
+        }
+        PhaseSettings {
+            index: 0,
+            omega_v: [0.0, 0.0],
+            reward: reward.clone(),
+            start_speed_m_per_s: None,
+        }
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// The first field out of range.
+    pub fn validate(&self) -> Result<(), TaskError> {
+        let c = &self.command;
+        require(
+            !self.phases.is_empty(),
+            "curriculum.phases",
+            "empty",
+            "a list of at least one phase",
+        )?;
+        require(
+            (0.0..=1.0).contains(&c.focus_share),
+            "curriculum.command.focus_share",
+            c.focus_share,
+            "between 0 and 1",
+        )?;
+        for (key, value) in [
+            ("curriculum.command.redraw_interval_s", c.redraw_interval_s),
+            ("curriculum.command.redraw_ramp_s", c.redraw_ramp_s),
+        ] {
+            require(value.is_finite() && value >= 0.0, key, value, "0 or greater")?;
+        }
+        let ordered = |r: [f64; 2]| r[0].is_finite() && r[1].is_finite() && r[0] <= r[1];
+        let range = "[low, high] with low <= high";
+        require(ordered(c.focus), "curriculum.command.focus", c.focus, range)?;
+        for (i, p) in self.phases.iter().enumerate() {
+            let key = |name: &str| format!("curriculum.phases[{i}].{name}");
+            require(p.steps > 0, &key("steps"), p.steps, "greater than 0")?;
+            require(ordered(p.omega_v), &key("omega_v"), p.omega_v, range)?;
+            if let Some(r) = p.omega_v_end {
+                require(ordered(r), &key("omega_v_end"), r, range)?;
+            }
+            if let Some(r) = p.start_speed_m_per_s {
+                require(ordered(r), &key("start_speed_m_per_s"), r, range)?;
+            }
+            for (name, weight) in [("omega_e", p.omega_e), ("omega_s", p.omega_s)] {
+                if let Some(w) = weight {
+                    require(w.is_finite() && w >= 0.0, &key(name), w, "0 or greater")?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl CommandDraw {
+    /// Draws a command from a range.
+    pub fn draw(&self, range: [f64; 2], rng: &mut impl Rng) -> f64 {
+        let mut from = range;
+        if self.focus_share > 0.0 && rng.random::<f64>() < self.focus_share {
+            let cut = |v: f64| v.clamp(range[0], range[1]);
+            from = [cut(self.focus[0]), cut(self.focus[1])];
+        }
+        from[0] + (from[1] - from[0]) * rng.random::<f64>()
+    }
+}

@@ -1,0 +1,312 @@
+//! Episodes: one environment, and a batch of them stepped together.
+
+use crate::observation::{OBSERVATION_SIZE, observe};
+use crate::{CommandDraw, PhaseSettings, RewardParameters, RewardTerms, TaskParameters};
+use gaitshift_body::{AdvanceReport, Body, BodyState, EnergyAccount, LEFT, RIGHT};
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
+
+/// Why an episode ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EndReason {
+    /// The time limit was reached: a truncation, the value goes on.
+    TimeLimit,
+    /// |θ| passed its limit.
+    Pitch,
+    /// The hip sank below its lowest height.
+    HipHeight,
+    /// The simulation diverged: the step is not to be learned from.
+    Diverged,
+}
+
+impl EndReason {
+    /// Whether the body fell (as opposed to the time limit).
+    pub fn is_termination(self) -> bool {
+        self != Self::TimeLimit
+    }
+    /// Short name for logs and recordings.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TimeLimit => "time limit",
+            Self::Pitch => "pitch",
+            Self::HipHeight => "hip height",
+            Self::Diverged => "diverged",
+        }
+    }
+}
+
+/// Result of one control period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepOutcome {
+    /// The reward's terms; their sum is (2) of the paper, before the common factor.
+    pub terms: RewardTerms,
+    /// Factor of this step's reward and of its entropy bonus.
+    pub factor: f64,
+    /// Set when the episode is over.
+    pub ended: Option<EndReason>,
+    /// Mean forces over the period.
+    pub report: AdvanceReport,
+}
+
+/// One biped at its task.
+#[derive(Debug, Clone)]
+pub struct Environment {
+    /// State of the body.
+    pub state: BodyState,
+    /// Work and dissipation since the episode began.
+    pub account: EnergyAccount,
+    /// The command in force.
+    pub omega_v: f64,
+    /// Control periods since the episode began.
+    pub periods: u32,
+    energy_j: f64,
+}
+
+impl Environment {
+    /// An episode that starts from `state` under `omega_v`.
+    pub fn new(body: &Body, state: BodyState, omega_v: f64) -> Self {
+        Self {
+            energy_j: body.energy(&state).total(),
+            state,
+            account: EnergyAccount::default(),
+            omega_v,
+            periods: 0,
+        }
+    }
+
+    /// The default start: the middle of the start's ranges, the right leg in front.
+    pub fn default_start(body: &Body, task: &TaskParameters) -> BodyState {
+        let s = &task.start;
+        start_state(body, [s.front_leg_rad, s.rear_leg_rad], 0.0, s.speed_m_per_s, 0.0)
+    }
+
+    /// A start drawn from the start's ranges, either leg in front.
+    pub fn random_start(
+        body: &Body,
+        task: &TaskParameters,
+        speed_m_per_s: Option<[f64; 2]>,
+        rng: &mut Xoshiro256PlusPlus,
+    ) -> BodyState {
+        let s = &task.start;
+        let mut vary = |middle: f64, half: f64| middle + half * (2.0 * rng.random::<f64>() - 1.0);
+        let front = vary(s.front_leg_rad, s.leg_variation_rad);
+        let rear = vary(s.rear_leg_rad, s.leg_variation_rad);
+        let pitch = vary(0.0, s.pitch_variation_rad);
+        let [low, high] = speed_m_per_s.unwrap_or([
+            s.speed_m_per_s - s.speed_variation_m_per_s,
+            s.speed_m_per_s + s.speed_variation_m_per_s,
+        ]);
+        let speed = vary(0.5 * (low + high), 0.5 * (high - low));
+        let drop = 0.5 * vary(s.drop_variation_m, s.drop_variation_m);
+        let state = start_state(body, [front, rear], pitch, speed, drop);
+        if rng.random::<bool>() { state.mirrored() } else { state }
+    }
+
+    /// The observation, in SI units.
+    pub fn observation(&self) -> [f64; OBSERVATION_SIZE] {
+        observe(&self.state, self.omega_v)
+    }
+
+    /// Advances one control period under the commands of the right and left actuator in [-1, 1].
+    pub fn step(
+        &mut self,
+        body: &Body,
+        task: &TaskParameters,
+        reward: &RewardParameters,
+        command: [f64; 2],
+    ) -> StepOutcome {
+        let steps = task.steps_per_period(body.parameters());
+        let report = body.advance(&mut self.state, command, steps, &mut self.account);
+        self.periods += 1;
+        let factor = reward.factor(self.omega_v);
+        if report.diverged {
+            return StepOutcome {
+                terms: RewardTerms::default(),
+                factor,
+                ended: Some(EndReason::Diverged),
+                report,
+            };
+        }
+        let energy_j = body.energy(&self.state).total();
+        let change = energy_j - self.energy_j;
+        self.energy_j = energy_j;
+        let terms = reward.terms(&self.state, change, self.omega_v, task.control_period_s);
+        let rule = &task.termination;
+        let ended = if self.state.theta.abs() > rule.pitch_limit_rad {
+            Some(EndReason::Pitch)
+        } else if self.state.z < rule.min_hip_height_m {
+            Some(EndReason::HipHeight)
+        } else if self.periods >= task.max_periods() {
+            Some(EndReason::TimeLimit)
+        } else {
+            None
+        };
+        StepOutcome {
+            terms,
+            factor,
+            ended,
+            report,
+        }
+    }
+}
+
+/// Front and rear leg at the given angles, the lower foot `drop` above the ground, the hip moving
+/// forward at `speed`, the front foot at rest on the ground and the rear leg swinging forward.
+fn start_state(body: &Body, psi: [f64; 2], theta: f64, speed: f64, drop: f64) -> BodyState {
+    let mut s = BodyState::with_leg_angles(body, psi);
+    s.theta = theta;
+    s.z += drop;
+    s.x_dot = speed;
+    let rate = speed / body.parameters().leg_length_m;
+    s.legs[RIGHT].psi_dot = -rate;
+    s.legs[LEFT].psi_dot = rate;
+    s
+}
+
+/// A finished episode of a batch.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FinishedEpisode {
+    /// The command at its start.
+    pub omega_v: f64,
+    /// Sum of the reward (2), without the common factor.
+    pub total_reward: f64,
+    /// Length in control periods.
+    pub periods: u32,
+    /// Why it ended.
+    pub ended: EndReason,
+    /// Distance covered, in m.
+    pub distance_m: f64,
+}
+
+/// A ramp of the command within an episode.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct Ramp {
+    target: f64,
+    periods_left: u32,
+}
+
+/// Several environments stepped together, each with its own random numbers, so that results do not
+/// depend on how they are grouped.
+#[derive(Debug, Clone)]
+pub struct EnvironmentBatch {
+    body: Body,
+    task: TaskParameters,
+    environments: Vec<Environment>,
+    ramps: Vec<Ramp>,
+    first_commands: Vec<f64>,
+    totals: Vec<f64>,
+    start_x: Vec<f64>,
+    rngs: Vec<Xoshiro256PlusPlus>,
+}
+
+impl EnvironmentBatch {
+    /// `count` environments at random starts.
+    pub fn new(
+        body: Body,
+        task: TaskParameters,
+        count: usize,
+        seed: u64,
+        settings: &PhaseSettings,
+        draw: &CommandDraw,
+    ) -> Self {
+        let mut seeds = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let rngs = (0..count)
+            .map(|_| Xoshiro256PlusPlus::seed_from_u64(seeds.random()))
+            .collect();
+        let blank = Environment::new(&body, BodyState::standing(&body), 0.0);
+        let mut batch = Self {
+            body,
+            task,
+            environments: vec![blank; count],
+            ramps: vec![Ramp::default(); count],
+            first_commands: vec![0.0; count],
+            totals: vec![0.0; count],
+            start_x: vec![0.0; count],
+            rngs,
+        };
+        for i in 0..count {
+            batch.reset(i, settings, draw);
+        }
+        batch
+    }
+
+    /// Number of environments.
+    pub fn len(&self) -> usize {
+        self.environments.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.environments.is_empty()
+    }
+
+    /// The body.
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// The environments.
+    pub fn environments(&self) -> &[Environment] {
+        &self.environments
+    }
+
+    /// Starts a new episode in environment `i`.
+    pub fn reset(&mut self, i: usize, settings: &PhaseSettings, draw: &CommandDraw) {
+        let rng = &mut self.rngs[i];
+        let omega_v = draw.draw(settings.omega_v, rng);
+        let start =
+            Environment::random_start(&self.body, &self.task, settings.start_speed_m_per_s, rng);
+        self.environments[i] = Environment::new(&self.body, start, omega_v);
+        self.ramps[i] = Ramp::default();
+        self.first_commands[i] = omega_v;
+        self.totals[i] = 0.0;
+        self.start_x[i] = start.x;
+    }
+
+    /// Advances environment `i` by one control period. Does not reset: the caller reads the last
+    /// observation first. `symmetry` is the weighted term (7), where the learner supplies it.
+    pub fn step(
+        &mut self,
+        i: usize,
+        command: [f64; 2],
+        symmetry: f64,
+        settings: &PhaseSettings,
+        draw: &CommandDraw,
+    ) -> (StepOutcome, Option<FinishedEpisode>) {
+        let environment = &mut self.environments[i];
+        let mut outcome = environment.step(&self.body, &self.task, &settings.reward, command);
+        outcome.terms.symmetry = symmetry;
+        self.totals[i] += outcome.terms.sum();
+        let finished = outcome.ended.map(|ended| FinishedEpisode {
+            omega_v: self.first_commands[i],
+            total_reward: self.totals[i],
+            periods: environment.periods,
+            ended,
+            distance_m: environment.state.x - self.start_x[i],
+        });
+        self.move_command(i, settings, draw);
+        (outcome, finished)
+    }
+
+    /// Changes the command within the episode, where the curriculum asks for it.
+    fn move_command(&mut self, i: usize, settings: &PhaseSettings, draw: &CommandDraw) {
+        if draw.redraw_interval_s <= 0.0 {
+            return;
+        }
+        let (rng, ramp) = (&mut self.rngs[i], &mut self.ramps[i]);
+        let environment = &mut self.environments[i];
+        if ramp.periods_left > 0 {
+            environment.omega_v +=
+                (ramp.target - environment.omega_v) / f64::from(ramp.periods_left);
+            ramp.periods_left -= 1;
+        } else if rng.random::<f64>() < self.task.control_period_s / draw.redraw_interval_s {
+            let longest = draw.redraw_ramp_s / self.task.control_period_s;
+            *ramp = Ramp {
+                target: draw.draw(settings.omega_v, rng),
+                periods_left: 1 + (longest * rng.random::<f64>()) as u32,
+            };
+        }
+    }
+}

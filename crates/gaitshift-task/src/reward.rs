@@ -1,0 +1,128 @@
+//! The reward (2)-(7) of the paper, term by term.
+
+use gaitshift_body::{BodyState, LEFT, RIGHT};
+use serde::{Deserialize, Serialize};
+
+/// Weights and constants of the reward; defaults are Table 2 of the paper.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RewardParameters {
+    /// Weight `ω_E` of the energy change |ΔE|, per J.
+    pub omega_e: f64,
+    /// Weight `ω_l` of the leg term (6).
+    pub omega_l: f64,
+    /// Weight `ω_s` of the symmetry term (7).
+    pub omega_s: f64,
+    /// `C1` of (3): penalty while moving backwards.
+    pub c1: f64,
+    /// `C2` of (4): reward for not having fallen.
+    pub c2: f64,
+    /// `C3` of (6): cap of the difference of the hip angles' rates, in rad/s.
+    pub c3: f64,
+    /// *Open.* |ΔE| is the change over one control period and so grows with it, while the other
+    /// terms do not. A value above 0 rescales |ΔE| to a period of that many seconds.
+    pub energy_reference_period_s: f64,
+    /// *Open in the conference paper.* The whole reward is divided by `1 + k max(ω_v, 0)`; this is
+    /// `k`. 0 is the conference paper, 1 the journal version.
+    pub command_divisor: f64,
+    /// Constant factor of the reward. It and the entropy bonus scale together, so the optimum stays.
+    pub scale: f64,
+}
+
+impl Default for RewardParameters {
+    fn default() -> Self {
+        Self {
+            omega_e: 0.2,
+            omega_l: 0.2,
+            omega_s: 0.15,
+            c1: 1.0,
+            c2: 1.0,
+            c3: 0.5,
+            energy_reference_period_s: 0.0,
+            command_divisor: 0.0,
+            scale: 1.0,
+        }
+    }
+}
+
+/// The weighted terms of one step's reward, before the common factor.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct RewardTerms {
+    /// `-ω_E |ΔE|` of (2).
+    pub energy: f64,
+    /// `ω_v ẋ` of (2).
+    pub velocity: f64,
+    /// `f_forward`, (3).
+    pub forward: f64,
+    /// `f_alive`, (4).
+    pub alive: f64,
+    /// `ω_l f_leg`, (6).
+    pub leg: f64,
+    /// `ω_s f_sym`, (7); zero unless the learner supplies it.
+    pub symmetry: f64,
+}
+
+impl RewardTerms {
+    /// Names in the order of [`RewardTerms::values`].
+    pub const NAMES: [&'static str; 6] =
+        ["energy", "velocity", "forward", "alive", "leg", "symmetry"];
+
+    /// The terms in the order of [`RewardTerms::NAMES`].
+    pub fn values(&self) -> [f64; 6] {
+        [
+            self.energy,
+            self.velocity,
+            self.forward,
+            self.alive,
+            self.leg,
+            self.symmetry,
+        ]
+    }
+
+    /// Their sum: (2) of the paper.
+    pub fn sum(&self) -> f64 {
+        self.values().iter().sum()
+    }
+}
+
+impl RewardParameters {
+    /// The common factor of reward and entropy bonus at a command: `scale / (1 + k max(ω_v, 0))`.
+    pub fn factor(&self, omega_v: f64) -> f64 {
+        self.scale / (1.0 + self.command_divisor * omega_v.max(0.0))
+    }
+
+    /// Terms of the step that ended in `state` and changed the total energy by `energy_change_j`.
+    /// The symmetry term is left at zero.
+    pub fn terms(
+        &self,
+        state: &BodyState,
+        energy_change_j: f64,
+        omega_v: f64,
+        control_period_s: f64,
+    ) -> RewardTerms {
+        let rescale = if self.energy_reference_period_s > 0.0 {
+            self.energy_reference_period_s / control_period_s
+        } else {
+            1.0
+        };
+        RewardTerms {
+            energy: -self.omega_e * energy_change_j.abs() * rescale,
+            velocity: omega_v * state.x_dot,
+            forward: if state.x_dot >= 0.0 { 0.0 } else { -self.c1 },
+            alive: self.c2,
+            leg: self.omega_l * (state.phi_dot(RIGHT) - state.phi_dot(LEFT)).abs().min(self.c3),
+            symmetry: 0.0,
+        }
+    }
+
+    /// `f_sym` of (7), from the policy's action and the mirror image of its action in the mirrored
+    /// state, weighted by `ω_s`.
+    pub fn symmetry_term(&self, action: &[f32], mirrored_action: &[f32]) -> f64 {
+        let square: f64 = action
+            .iter()
+            .zip(mirrored_action)
+            .map(|(a, b)| f64::from(a - b).powi(2))
+            .sum();
+        -self.omega_s * square
+    }
+}
