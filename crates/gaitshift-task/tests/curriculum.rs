@@ -1,0 +1,63 @@
+//! Contract: the default curriculum is the paper's schedule; settings change exactly at the phases'
+//! boundaries; a widening range moves linearly; draws stay in range; bad values are named.
+
+use gaitshift_task::{CommandDraw, Curriculum, Phase, RewardParameters};
+use proptest::prelude::*;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+#[test]
+fn the_default_is_the_papers_schedule() {
+    let c = Curriculum::default();
+    let r = RewardParameters::default();
+    assert_eq!(c.total_steps(), 10_000_000);
+    let at = |step| {
+        let s = c.at(step, &r);
+        (s.omega_v, s.reward.omega_e, s.reward.omega_s)
+    };
+    assert_eq!(at(0), ([-0.2, 0.2], 0.06, 0.0));
+    assert_eq!(at(499_999), ([-0.2, 0.2], 0.06, 0.0));
+    assert_eq!(at(500_000), ([-0.2, 0.2], 0.2, 0.15));
+    assert_eq!(at(4_499_999), ([-0.2, 0.2], 0.2, 0.15));
+    assert_eq!(at(4_500_000), ([-0.5, 3.5], 0.2, 0.15));
+    assert_eq!(at(20_000_000), ([-0.5, 3.5], 0.2, 0.15));
+}
+
+fn widening() -> Curriculum {
+    Curriculum {
+        phases: vec![Phase {
+            omega_v_end: Some([-0.5, 3.5]),
+            steps: 100,
+            ..Curriculum::default().phases[1].clone()
+        }],
+        ..Curriculum::default()
+    }
+}
+
+#[test]
+fn a_range_widens_linearly() {
+    let s = widening().at(50, &RewardParameters::default());
+    assert!((s.omega_v[0] + 0.35).abs() < 1e-12 && (s.omega_v[1] - 1.85).abs() < 1e-12);
+}
+
+#[test]
+fn bad_values_are_named() {
+    let mut c = widening();
+    c.phases[0].omega_v = [1.0, -1.0];
+    let error = c.validate().unwrap_err().to_string();
+    assert!(error.contains("curriculum.phases[0].omega_v"), "{error}");
+    c.phases.clear();
+    assert!(c.validate().unwrap_err().to_string().contains("phases"));
+}
+
+proptest! {
+    #[test]
+    fn draws_stay_in_range(low in -1.0..0.5f64, width in 0.0..4.0f64, share in 0.0..1.0f64, seed: u64) {
+        let draw = CommandDraw { focus_share: share, ..CommandDraw::default() };
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        for _ in 0..50 {
+            let w = draw.draw([low, low + width], &mut rng);
+            prop_assert!((low..=low + width).contains(&w));
+        }
+    }
+}

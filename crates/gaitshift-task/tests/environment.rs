@@ -1,0 +1,118 @@
+//! Contract: an episode ends by pitch, by hip height or by the time limit, each with its name, and
+//! only the last is a truncation; the energy term is the change of the body's total energy; a batch
+//! does not depend on how its environments are grouped; the command moves only where it is asked to.
+
+use gaitshift_body::{Body, BodyParameters, BodyState};
+use gaitshift_task::{
+    CommandDraw, Curriculum, EndReason, Environment, EnvironmentBatch, TaskParameters,
+};
+
+fn body() -> Body {
+    Body::new(BodyParameters::default()).unwrap()
+}
+
+fn run(task: &TaskParameters, start: BodyState, command: [f64; 2]) -> (EndReason, u32) {
+    let body = body();
+    let mut environment = Environment::new(&body, start, 0.0);
+    loop {
+        let outcome = environment.step(&body, task, &task.reward, command);
+        if let Some(ended) = outcome.ended {
+            return (ended, environment.periods);
+        }
+    }
+}
+
+#[test]
+fn legs_that_give_way_end_by_hip_height() {
+    let task = TaskParameters::default();
+    let start = Environment::default_start(&body(), &task);
+    let (ended, periods) = run(&task, start, [-1.0, -1.0]);
+    assert_eq!(ended, EndReason::HipHeight);
+    assert!(ended.is_termination() && periods < 200);
+}
+
+#[test]
+fn the_hip_height_rule_can_be_switched_off_and_pitch_ends_the_fall() {
+    let mut task = TaskParameters::default();
+    task.termination.min_hip_height_m = 0.0;
+    let mut start = Environment::default_start(&body(), &task);
+    start.theta = 1.35;
+    start.theta_dot = 30.0;
+    assert_eq!(run(&task, start, [0.0, 0.0]).0, EndReason::Pitch);
+}
+
+#[test]
+fn the_time_limit_is_a_truncation() {
+    let mut task = TaskParameters::default();
+    task.termination.time_limit_s = 0.1;
+    let start = Environment::default_start(&body(), &task);
+    let (ended, periods) = run(&task, start, [0.4, 0.4]);
+    assert_eq!((ended, periods), (EndReason::TimeLimit, 20));
+    assert!(!ended.is_termination());
+}
+
+#[test]
+fn a_diverged_state_ends_the_episode_with_its_flag() {
+    let task = TaskParameters::default();
+    let mut start = Environment::default_start(&body(), &task);
+    start.x_dot = f64::NAN;
+    assert_eq!(run(&task, start, [0.0, 0.0]), (EndReason::Diverged, 1));
+}
+
+#[test]
+fn the_energy_term_is_the_change_of_total_energy() {
+    let (body, task) = (body(), TaskParameters::default());
+    let start = Environment::default_start(&body, &task);
+    let mut environment = Environment::new(&body, start, 1.0);
+    let before = body.energy(&start).total();
+    let outcome = environment.step(&body, &task, &task.reward, [0.8, 0.1]);
+    let change = body.energy(&environment.state).total() - before;
+    assert!(change.abs() > 1e-3);
+    assert_eq!(outcome.terms.energy, -0.2 * change.abs());
+}
+
+#[test]
+fn a_batch_does_not_depend_on_its_size() {
+    let (task, curriculum) = (TaskParameters::default(), Curriculum::default());
+    let settings = curriculum.at(0, &task.reward);
+    let draw = CommandDraw {
+        redraw_interval_s: 0.5,
+        ..CommandDraw::default()
+    };
+    let run = |count| {
+        let mut batch = EnvironmentBatch::new(body(), task.clone(), count, 7, &settings, &draw);
+        for _ in 0..600 {
+            for i in 0..count {
+                let (_, finished) = batch.step(i, [0.5, 0.3], 0.0, &settings, &draw);
+                if finished.is_some() {
+                    batch.reset(i, &settings, &draw);
+                }
+            }
+        }
+        batch.environments()[1].observation()
+    };
+    assert_eq!(run(2), run(5));
+}
+
+#[test]
+fn the_command_stays_within_an_episode_unless_asked_to_change() {
+    let (task, curriculum) = (TaskParameters::default(), Curriculum::default());
+    let settings = curriculum.at(5_000_000, &task.reward);
+    for (interval, changes) in [(0.0, false), (0.05, true)] {
+        let draw = CommandDraw {
+            redraw_interval_s: interval,
+            redraw_ramp_s: 0.1,
+            ..CommandDraw::default()
+        };
+        let mut batch = EnvironmentBatch::new(body(), task.clone(), 1, 3, &settings, &draw);
+        let first = batch.environments()[0].omega_v;
+        let mut seen = false;
+        for _ in 0..50 {
+            batch.step(0, [0.5, 0.5], 0.0, &settings, &draw);
+            let now = batch.environments()[0].omega_v;
+            assert!((-0.5..=3.5).contains(&now));
+            seen |= now != first;
+        }
+        assert_eq!(seen, changes);
+    }
+}

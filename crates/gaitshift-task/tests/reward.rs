@@ -1,0 +1,64 @@
+//! Contract: every term of (2)-(7) has the value that the paper's formula gives by hand, carries its
+//! weight, and the common factor divides by `1 + k max(ω_v, 0)`.
+
+use gaitshift_body::{BodyState, LEFT, RIGHT};
+use gaitshift_task::RewardParameters;
+
+fn moving(x_dot: f64, right: f64, left: f64) -> BodyState {
+    let mut s = BodyState {
+        x_dot,
+        theta_dot: 0.3,
+        ..BodyState::default()
+    };
+    s.legs[RIGHT].psi_dot = right;
+    s.legs[LEFT].psi_dot = left;
+    s
+}
+
+#[test]
+fn terms_follow_the_paper() {
+    let r = RewardParameters::default();
+    let t = r.terms(&moving(1.5, 0.2, -0.1), -4.0, 2.0, 0.005);
+    assert_eq!(t.energy, -0.2 * 4.0);
+    assert_eq!(t.velocity, 2.0 * 1.5);
+    assert_eq!(t.forward, 0.0);
+    assert_eq!(t.alive, 1.0);
+    assert!((t.leg - 0.2 * 0.3).abs() < 1e-15);
+    assert!((t.sum() - (-0.8 + 3.0 + 1.0 + 0.06)).abs() < 1e-12);
+}
+
+#[test]
+fn backward_motion_costs_c1_and_the_leg_term_is_capped() {
+    let r = RewardParameters::default();
+    let t = r.terms(&moving(-0.01, 3.0, -2.0), 0.0, 0.0, 0.005);
+    assert_eq!(t.forward, -1.0);
+    assert_eq!(t.leg, 0.2 * 0.5);
+}
+
+#[test]
+fn energy_change_can_be_rescaled_to_a_reference_period() {
+    let r = RewardParameters {
+        energy_reference_period_s: 0.01,
+        ..RewardParameters::default()
+    };
+    let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 0.0, 0.005);
+    assert!((t.energy + 0.2 * 3.0).abs() < 1e-15);
+}
+
+#[test]
+fn symmetry_is_the_squared_difference_of_the_actions() {
+    let r = RewardParameters::default();
+    let s = r.symmetry_term(&[0.5, -0.25], &[0.0, 0.25]);
+    assert!((s + 0.15 * (0.25 + 0.25)).abs() < 1e-7);
+}
+
+#[test]
+fn the_factor_leaves_negative_commands_alone() {
+    let r = RewardParameters {
+        command_divisor: 2.0,
+        scale: 0.5,
+        ..RewardParameters::default()
+    };
+    assert_eq!(r.factor(-0.5), 0.5);
+    assert_eq!(r.factor(2.0), 0.1);
+}
