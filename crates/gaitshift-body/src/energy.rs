@@ -1,6 +1,7 @@
 //! Energy and momentum of the body, and the account of where energy came from and went.
 
 use crate::{Body, BodyState};
+use serde::{Deserialize, Serialize};
 
 /// Mechanical energy of the body at one instant, in J.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -43,7 +44,7 @@ impl MechanicalEnergy {
 }
 
 /// Work and dissipation accumulated since the account was opened, in J.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct EnergyAccount {
     /// Net work of the right and left actuator on the body, `∫F ḣ dt`.
     pub actuator_work: [f64; 2],
@@ -108,8 +109,9 @@ impl Body {
         // Hip segment, its centre of mass `offset` above the axis.
         let vx = s.x_dot - offset * s.theta_dot * cos_t;
         let vz = s.z_dot - offset * s.theta_dot * sin_t;
-        let hip_kinetic =
-            half(p.hip_mass_kg, vx) + half(p.hip_mass_kg, vz) + half(p.hip_inertia_kg_m2, s.theta_dot);
+        let hip_kinetic = half(p.hip_mass_kg, vx)
+            + half(p.hip_mass_kg, vz)
+            + half(p.hip_inertia_kg_m2, s.theta_dot);
         let weight = p.gravity_m_per_s2;
         let hip_height = s.z + offset * cos_t;
         let mut kinetic = [0.0; 2];
@@ -165,8 +167,16 @@ impl Body {
         for (i, leg) in s.legs.iter().enumerate() {
             let (sin_p, cos_p) = leg.psi.sin_cos();
             let parts = [
-                (p.thigh_mass_kg, p.thigh_distance_m + leg.thigh, leg.thigh_dot),
-                (p.tibia_mass_kg, p.tibia_distance_m + leg.tibia, leg.tibia_dot),
+                (
+                    p.thigh_mass_kg,
+                    p.thigh_distance_m + leg.thigh,
+                    leg.thigh_dot,
+                ),
+                (
+                    p.tibia_mass_kg,
+                    p.tibia_distance_m + leg.tibia,
+                    leg.tibia_dot,
+                ),
                 (p.foot_mass_kg, p.foot_distance_m + leg.foot, leg.foot_dot),
             ];
             for (b, (mass, rho, rho_dot)) in parts.into_iter().enumerate() {

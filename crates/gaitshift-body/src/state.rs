@@ -1,6 +1,7 @@
 //! State of the body: eleven positions and eleven velocities.
 
 use crate::Body;
+use serde::{Deserialize, Serialize};
 
 /// Index of the right leg.
 pub const RIGHT: usize = 0;
@@ -12,7 +13,7 @@ pub const LEFT: usize = 1;
 /// `psi` is the leg's absolute angle `θ + φ`. `thigh`, `tibia` and `foot` are displacements of the
 /// three bodies down the leg from their rest distances to the hip axis, so that
 /// `h = thigh`, `d = thigh - foot` and `w = thigh - tibia`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct LegState {
     /// Absolute leg angle, in rad; positive swings the foot forward.
     pub psi: f64,
@@ -33,7 +34,7 @@ pub struct LegState {
 }
 
 /// State of the whole body.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct BodyState {
     /// Hip axis, forward, in m.
     pub x: f64,

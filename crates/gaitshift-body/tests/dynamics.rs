@@ -65,13 +65,18 @@ fn flight_conserves_energy_and_momentum_at_first_order() {
     for offset in [0.0, 0.15] {
         let (e1, l1, a1) = drift(&undamped(2e-4, offset));
         let (e2, l2, a2) = drift(&undamped(2e-5, offset));
-        println!("offset {offset}: energy {e1:.2e} -> {e2:.2e} J, linear {l1:.2e} -> {l2:.2e} kg m/s, angular {a1:.2e} -> {a2:.2e} kg m²/s");
+        println!(
+            "offset {offset}: energy {e1:.2e} -> {e2:.2e} J, linear {l1:.2e} -> {l2:.2e} kg m/s, angular {a1:.2e} -> {a2:.2e} kg m²/s"
+        );
         // About 150 J of kinetic energy are in play.
         assert!(e1 < 0.5, "energy drift {e1} J");
         assert!(l1 < 0.02 && a1 < 0.02, "momentum drift {l1} {a1}");
         for (coarse, fine) in [(e1, e2), (l1, l2), (a1, a2)] {
             let ratio = coarse / fine;
-            assert!((8.0..12.5).contains(&ratio) || coarse < 1e-9, "ratio {ratio}");
+            assert!(
+                (8.0..12.5).contains(&ratio) || coarse < 1e-9,
+                "ratio {ratio}"
+            );
         }
     }
 }
@@ -101,15 +106,11 @@ fn hop(body: &Body, seconds: f64) -> (BodyState, EnergyAccount, f64, f64) {
     let steps = (period / body.parameters().time_step_s).round() as u32;
     for k in 0..(seconds / period).round() as u32 {
         let t = f64::from(k) * period;
-        let command = [
-            0.5 + 0.3 * (12.0 * t).sin(),
-            0.5 - 0.3 * (12.0 * t).sin(),
-        ];
+        let command = [0.5 + 0.3 * (12.0 * t).sin(), 0.5 - 0.3 * (12.0 * t).sin()];
         assert!(!body.advance(&mut s, command, steps, &mut account).diverged);
     }
     let exchanged = account.positive_work() + account.dissipated();
-    let residual =
-        body.energy(&s).stored() - start - account.work() + account.dissipated();
+    let residual = body.energy(&s).stored() - start - account.work() + account.dissipated();
     (s, account, residual, exchanged)
 }
 
@@ -124,7 +125,9 @@ fn the_energy_account_closes() {
     };
     let relative = |dt| {
         let (_, account, residual, exchanged) = hop(&at(dt), 1.0);
-        assert!(account.contact() > 1.0 && account.dampers() > 1.0 && account.positive_work() > 10.0);
+        assert!(
+            account.contact() > 1.0 && account.dampers() > 1.0 && account.positive_work() > 10.0
+        );
         println!("step {dt}: residual {residual:.4} J of {exchanged:.1} J exchanged");
         (residual / exchanged).abs()
     };
@@ -166,7 +169,11 @@ fn the_step_agrees_with_a_tenfold_finer_one() {
             .map(|(p, q)| (p - q).abs())
             .fold(0.0, f64::max)
     };
-    println!("largest difference of a coordinate after 0.4 s: {:.2e}, a tenth of the step: {:.2e}", error(&a, &b), error(&b, &c));
+    println!(
+        "largest difference of a coordinate after 0.4 s: {:.2e}, a tenth of the step: {:.2e}",
+        error(&a, &b),
+        error(&b, &c)
+    );
     assert!(error(&a, &b) < 5e-3);
     assert!(error(&b, &c) < 0.3 * error(&a, &b));
 }

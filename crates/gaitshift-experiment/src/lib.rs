@@ -1,1 +1,22 @@
-//! See the crate description in Cargo.toml.
+//! Training runs from configuration to controller: recipes, the training loop, run folders and
+//! checkpoints, controller files, rollouts, and the criteria that a finished controller has to meet.
+
+mod acceptance;
+mod config;
+mod controller;
+mod profile;
+mod rollout;
+mod run_folder;
+mod tensorboard;
+mod training;
+
+pub use acceptance::{Check, Criteria, Judgement, Row, judge};
+pub use config::{
+    ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, load_body_overrides,
+};
+pub use controller::{Controller, ControllerError, Deterministic, Provenance};
+pub use profile::{CommandProfile, ProfileError};
+pub use rollout::{Control, Rollout};
+pub use run_folder::TrainingError;
+pub use tensorboard::EventWriter;
+pub use training::{Observer, Progress, RunReport, Training, task_mirror};

@@ -1,1 +1,44 @@
-//! See the crate description in Cargo.toml.
+//! Figures and animations of recorded gaits, drawn in software.
+//!
+//! Every picture is made from a [`Recording`](gaitshift_analysis::recording::Recording) or from plain
+//! numbers and is the same on every machine: shapes and text are written as SVG, and pixels come from a
+//! software renderer with a built-in font. No display is needed.
+//!
+//! - [`transition_figure`]: energies and speed over a change of gait, support phases shaded;
+//! - [`animate`]: the body on its way, as a GIF;
+//! - [`strobe`]: a stride at a glance;
+//! - [`sweep_figure`]: speed, cost of transport and support against the command;
+//! - [`episode_returns_figure`]: the course of a training run.
+//!
+//! Colours are safe for any colour vision. Right is vermilion and left is blue in all of them.
+//!
+//! ```
+//! use gaitshift_figures::episode_returns_figure;
+//! let figure = episode_returns_figure(&[1e3, 2e3, 3e3], &[40.0, 90.0, 700.0], &[0.0, 1.0, 3.0])?;
+//! assert!(figure.svg.starts_with("<svg"));
+//! # Ok::<(), gaitshift_figures::FigureError>(())
+//! ```
+
+mod animation;
+mod biped;
+mod canvas;
+mod chart;
+mod error;
+mod figure;
+mod gif;
+mod learning;
+mod motion;
+mod raster;
+mod strobe;
+mod style;
+mod support;
+mod sweep;
+mod transition;
+
+pub use animation::{AnimationOptions, animate};
+pub use error::FigureError;
+pub use figure::Figure;
+pub use learning::episode_returns_figure;
+pub use strobe::{stride_at, strobe};
+pub use sweep::{SweepPoint, SweepSeries, sweep_figure};
+pub use transition::{FigureOptions, transition_figure};

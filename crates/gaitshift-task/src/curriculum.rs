@@ -117,8 +117,7 @@ impl Curriculum {
         let last = self.phases.len().saturating_sub(1);
         for (index, phase) in self.phases.iter().enumerate() {
             if step < start + phase.steps || index == last {
-                let progress =
-                    ((step - start) as f64 / phase.steps.max(1) as f64).clamp(0.0, 1.0);
+                let progress = ((step - start) as f64 / phase.steps.max(1) as f64).clamp(0.0, 1.0);
                 let end = phase.omega_v_end.unwrap_or(phase.omega_v);
                 let mix = |k: usize| phase.omega_v[k] + progress * (end[k] - phase.omega_v[k]);
                 return PhaseSettings {
@@ -164,7 +163,12 @@ impl Curriculum {
             ("curriculum.command.redraw_interval_s", c.redraw_interval_s),
             ("curriculum.command.redraw_ramp_s", c.redraw_ramp_s),
         ] {
-            require(value.is_finite() && value >= 0.0, key, value, "0 or greater")?;
+            require(
+                value.is_finite() && value >= 0.0,
+                key,
+                value,
+                "0 or greater",
+            )?;
         }
         let ordered = |r: [f64; 2]| r[0].is_finite() && r[1].is_finite() && r[0] <= r[1];
         let range = "[low, high] with low <= high";

@@ -51,7 +51,7 @@ pub struct StepOutcome {
 }
 
 /// One biped at its task.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Environment {
     /// State of the body.
     pub state: BodyState,
@@ -79,7 +79,13 @@ impl Environment {
     /// The default start: the middle of the start's ranges, the right leg in front.
     pub fn default_start(body: &Body, task: &TaskParameters) -> BodyState {
         let s = &task.start;
-        start_state(body, [s.front_leg_rad, s.rear_leg_rad], 0.0, s.speed_m_per_s, 0.0)
+        start_state(
+            body,
+            [s.front_leg_rad, s.rear_leg_rad],
+            0.0,
+            s.speed_m_per_s,
+            0.0,
+        )
     }
 
     /// A start drawn from the start's ranges, either leg in front.
@@ -101,7 +107,11 @@ impl Environment {
         let speed = vary(0.5 * (low + high), 0.5 * (high - low));
         let drop = 0.5 * vary(s.drop_variation_m, s.drop_variation_m);
         let state = start_state(body, [front, rear], pitch, speed, drop);
-        if rng.random::<bool>() { state.mirrored() } else { state }
+        if rng.random::<bool>() {
+            state.mirrored()
+        } else {
+            state
+        }
     }
 
     /// The observation, in SI units.
@@ -181,7 +191,7 @@ pub struct FinishedEpisode {
 }
 
 /// A ramp of the command within an episode.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 struct Ramp {
     target: f64,
     periods_left: u32,
@@ -194,11 +204,24 @@ pub struct EnvironmentBatch {
     body: Body,
     task: TaskParameters,
     environments: Vec<Environment>,
-    ramps: Vec<Ramp>,
-    first_commands: Vec<f64>,
-    totals: Vec<f64>,
-    start_x: Vec<f64>,
-    rngs: Vec<Xoshiro256PlusPlus>,
+    episodes: Vec<Episode>,
+}
+
+/// What a batch keeps about the running episode of an environment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Episode {
+    ramp: Ramp,
+    first_command: f64,
+    total_reward: f64,
+    start_x: f64,
+    rng: Xoshiro256PlusPlus,
+}
+
+/// Everything about a batch that a checkpoint keeps.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BatchState {
+    environments: Vec<Environment>,
+    episodes: Vec<Episode>,
 }
 
 impl EnvironmentBatch {
@@ -212,19 +235,20 @@ impl EnvironmentBatch {
         draw: &CommandDraw,
     ) -> Self {
         let mut seeds = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let rngs = (0..count)
-            .map(|_| Xoshiro256PlusPlus::seed_from_u64(seeds.random()))
-            .collect();
+        let episode = |_| Episode {
+            ramp: Ramp::default(),
+            first_command: 0.0,
+            total_reward: 0.0,
+            start_x: 0.0,
+            rng: Xoshiro256PlusPlus::seed_from_u64(seeds.random()),
+        };
+        let episodes = (0..count).map(episode).collect();
         let blank = Environment::new(&body, BodyState::standing(&body), 0.0);
         let mut batch = Self {
             body,
             task,
             environments: vec![blank; count],
-            ramps: vec![Ramp::default(); count],
-            first_commands: vec![0.0; count],
-            totals: vec![0.0; count],
-            start_x: vec![0.0; count],
-            rngs,
+            episodes,
         };
         for i in 0..count {
             batch.reset(i, settings, draw);
@@ -252,17 +276,36 @@ impl EnvironmentBatch {
         &self.environments
     }
 
+    /// A copy of everything that changes, for a checkpoint.
+    pub fn state(&self) -> BatchState {
+        BatchState {
+            environments: self.environments.clone(),
+            episodes: self.episodes.clone(),
+        }
+    }
+
+    /// Goes back to a saved state. Returns whether its number of environments is this batch's; nothing
+    /// changes otherwise.
+    pub fn restore(&mut self, state: BatchState) -> bool {
+        let fits = state.environments.len() == self.len() && state.episodes.len() == self.len();
+        if fits {
+            self.environments = state.environments;
+            self.episodes = state.episodes;
+        }
+        fits
+    }
+
     /// Starts a new episode in environment `i`.
     pub fn reset(&mut self, i: usize, settings: &PhaseSettings, draw: &CommandDraw) {
-        let rng = &mut self.rngs[i];
-        let omega_v = draw.draw(settings.omega_v, rng);
-        let start =
-            Environment::random_start(&self.body, &self.task, settings.start_speed_m_per_s, rng);
+        let episode = &mut self.episodes[i];
+        let omega_v = draw.draw(settings.omega_v, &mut episode.rng);
+        let speed = settings.start_speed_m_per_s;
+        let start = Environment::random_start(&self.body, &self.task, speed, &mut episode.rng);
         self.environments[i] = Environment::new(&self.body, start, omega_v);
-        self.ramps[i] = Ramp::default();
-        self.first_commands[i] = omega_v;
-        self.totals[i] = 0.0;
-        self.start_x[i] = start.x;
+        episode.ramp = Ramp::default();
+        episode.first_command = omega_v;
+        episode.total_reward = 0.0;
+        episode.start_x = start.x;
     }
 
     /// Advances environment `i` by one control period. Does not reset: the caller reads the last
@@ -278,13 +321,14 @@ impl EnvironmentBatch {
         let environment = &mut self.environments[i];
         let mut outcome = environment.step(&self.body, &self.task, &settings.reward, command);
         outcome.terms.symmetry = symmetry;
-        self.totals[i] += outcome.terms.sum();
+        let episode = &mut self.episodes[i];
+        episode.total_reward += outcome.terms.sum();
         let finished = outcome.ended.map(|ended| FinishedEpisode {
-            omega_v: self.first_commands[i],
-            total_reward: self.totals[i],
+            omega_v: episode.first_command,
+            total_reward: episode.total_reward,
             periods: environment.periods,
             ended,
-            distance_m: environment.state.x - self.start_x[i],
+            distance_m: environment.state.x - episode.start_x,
         });
         self.move_command(i, settings, draw);
         (outcome, finished)
@@ -295,7 +339,7 @@ impl EnvironmentBatch {
         if draw.redraw_interval_s <= 0.0 {
             return;
         }
-        let (rng, ramp) = (&mut self.rngs[i], &mut self.ramps[i]);
+        let Episode { rng, ramp, .. } = &mut self.episodes[i];
         let environment = &mut self.environments[i];
         if ramp.periods_left > 0 {
             environment.omega_v +=

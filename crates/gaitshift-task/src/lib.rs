@@ -8,7 +8,9 @@ mod parameters;
 mod reward;
 
 pub use curriculum::{CommandDraw, Curriculum, Phase, PhaseSettings};
-pub use environment::{EndReason, Environment, EnvironmentBatch, FinishedEpisode, StepOutcome};
+pub use environment::{
+    BatchState, EndReason, Environment, EnvironmentBatch, FinishedEpisode, StepOutcome,
+};
 pub use observation::{
     ACTION_MIRROR, ACTION_SIZE, OBSERVATION_MIRROR, OBSERVATION_NAMES, OBSERVATION_SCALE,
     OBSERVATION_SIZE, observe, scale_observation,

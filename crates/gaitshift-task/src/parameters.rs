@@ -147,7 +147,12 @@ impl TaskParameters {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let not_negative = |v: f64| v.is_finite() && v >= 0.0;
         let period = self.control_period_s;
-        require(positive(period), "task.control_period_s", period, "greater than 0")?;
+        require(
+            positive(period),
+            "task.control_period_s",
+            period,
+            "greater than 0",
+        )?;
         let ratio = period / body.time_step_s;
         require(
             ratio >= 0.999 && (ratio - ratio.round()).abs() < 1e-6 * ratio,
@@ -166,7 +171,10 @@ impl TaskParameters {
             ("task.termination.min_hip_height_m", t.min_hip_height_m),
             ("task.start.leg_variation_rad", s.leg_variation_rad),
             ("task.start.pitch_variation_rad", s.pitch_variation_rad),
-            ("task.start.speed_variation_m_per_s", s.speed_variation_m_per_s),
+            (
+                "task.start.speed_variation_m_per_s",
+                s.speed_variation_m_per_s,
+            ),
             ("task.start.drop_variation_m", s.drop_variation_m),
             ("task.reward.omega_e", r.omega_e),
             ("task.reward.omega_l", r.omega_l),
@@ -174,13 +182,21 @@ impl TaskParameters {
             ("task.reward.c1", r.c1),
             ("task.reward.c2", r.c2),
             ("task.reward.c3", r.c3),
-            ("task.reward.energy_reference_period_s", r.energy_reference_period_s),
+            (
+                "task.reward.energy_reference_period_s",
+                r.energy_reference_period_s,
+            ),
             ("task.reward.command_divisor", r.command_divisor),
         ];
         for (key, value) in not_negatives {
             require(not_negative(value), key, value, "0 or greater")?;
         }
-        require(positive(r.scale), "task.reward.scale", r.scale, "greater than 0")?;
+        require(
+            positive(r.scale),
+            "task.reward.scale",
+            r.scale,
+            "greater than 0",
+        )?;
         require(
             positive(t.pitch_limit_rad),
             "task.termination.pitch_limit_rad",

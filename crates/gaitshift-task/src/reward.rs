@@ -110,7 +110,10 @@ impl RewardParameters {
             velocity: omega_v * state.x_dot,
             forward: if state.x_dot >= 0.0 { 0.0 } else { -self.c1 },
             alive: self.c2,
-            leg: self.omega_l * (state.phi_dot(RIGHT) - state.phi_dot(LEFT)).abs().min(self.c3),
+            leg: self.omega_l
+                * (state.phi_dot(RIGHT) - state.phi_dot(LEFT))
+                    .abs()
+                    .min(self.c3),
             symmetry: 0.0,
         }
     }

@@ -32,7 +32,10 @@ fn order_is_the_papers() {
         1.1, 0.1, 0.4, 0.01, 0.05, 0.02, 0.1, 0.2, 0.3, 0.5, 1.0, 0.03, 0.06, 2.5,
     ];
     for ((value, expected), name) in o.iter().zip(expected).zip(OBSERVATION_NAMES) {
-        assert!((value - expected).abs() < 1e-12, "{name}: {value} not {expected}");
+        assert!(
+            (value - expected).abs() < 1e-12,
+            "{name}: {value} not {expected}"
+        );
     }
 }
 

@@ -1,0 +1,233 @@
+//! The table of time series that every analysis, figure and picture reads.
+//!
+//! One row per control period; row 0 is the initial state. Depending on the column, a row holds
+//! - the value at the row's time (states, energies),
+//! - the mean over the period that ends at the row's time (forces; in row 0 there is no such period, so
+//!   analyses do not read the forces of row 0), or
+//! - an amount accumulated since the first row (works, dissipations).
+//!
+//! A recording holds finite numbers only, and its time increases from row to row: [`Recording::push_row`]
+//! and [`Recording::read_csv`] refuse anything else. A motion that diverged is recorded up to its last
+//! finite state, with `ended_by` set to [`ended_by::DIVERGED`].
+//!
+//! # The file
+//! ```text
+//! # gaitshift-recording 1 {"control_period_s":0.005,...,"rows":4001}
+//! time_s,omega_v,x_m,...
+//! 0.0,3.0,0.0,...
+//! ```
+//! Numbers are written in the shortest form that reads back to the same bits. `rows` lets a reader
+//! notice a file that was cut off. Columns may come in any order; columns unknown to this version are
+//! ignored.
+
+mod columns;
+mod csv_file;
+mod error;
+
+pub use columns::{COLUMNS, Column, column};
+pub use error::{RecordingError, RowError};
+
+use serde::{Deserialize, Serialize};
+
+/// Times closer than this are the same: far below any control period, far above rounding.
+pub(crate) const TIME_TOLERANCE_S: f64 = 1e-9;
+
+/// What a recording says about itself besides its rows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecordingMetadata {
+    /// Time between two rows, s.
+    pub control_period_s: f64,
+    /// Mass of the whole body, kg.
+    pub total_mass_kg: f64,
+    /// Gravitational acceleration, m/s².
+    pub gravity_m_per_s2: f64,
+    /// Leg length `l` from the hip axis to the sole at `h = d = 0`, m.
+    pub leg_length_m: f64,
+    /// The full body parameters, as the simulator serialises them.
+    pub body: serde_json::Value,
+    /// Name or path of the controller.
+    pub controller: String,
+    /// Seed of the initial state and of everything random in the motion.
+    pub seed: u64,
+    /// Whether the body fell.
+    pub fell: bool,
+    /// Why the motion ended; see [`ended_by`] for the usual words.
+    pub ended_by: String,
+}
+
+/// The usual values of [`RecordingMetadata::ended_by`].
+pub mod ended_by {
+    /// The motion was to last this long and did.
+    pub const TIME_LIMIT: &str = "time limit";
+    /// The trunk pitched beyond its limit.
+    pub const PITCH: &str = "pitch";
+    /// The hip sank below its limit.
+    pub const HIP_HEIGHT: &str = "hip height";
+    /// The simulated state stopped being finite or plausible.
+    pub const DIVERGED: &str = "diverged";
+}
+
+/// One of the two legs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// The right leg.
+    Right,
+    /// The left leg.
+    Left,
+}
+
+impl Side {
+    /// Both legs, in the order in which columns and per-leg arrays hold them.
+    pub const BOTH: [Side; 2] = [Side::Right, Side::Left];
+
+    /// Position of this leg in per-leg arrays.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+
+    /// The leg on the other side.
+    pub fn other(self) -> Side {
+        match self {
+            Side::Right => Side::Left,
+            Side::Left => Side::Right,
+        }
+    }
+}
+
+/// A recorded motion: metadata and one time series per column of [`COLUMNS`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// What the recording says about itself.
+    pub metadata: RecordingMetadata,
+    columns: Vec<Vec<f64>>,
+}
+
+impl Recording {
+    /// A recording without rows.
+    pub fn new(metadata: RecordingMetadata) -> Self {
+        Self {
+            metadata,
+            columns: vec![Vec::new(); COLUMNS.len()],
+        }
+    }
+
+    /// Appends a row, its values in the order of [`COLUMNS`].
+    ///
+    /// # Errors
+    /// Refuses a row of another width, with a value that is not finite, or not later than the last row;
+    /// the recording is then unchanged.
+    pub fn push_row(&mut self, row: &[f64]) -> Result<(), RowError> {
+        if row.len() != COLUMNS.len() {
+            return Err(RowError::Width {
+                found: row.len(),
+                expected: COLUMNS.len(),
+            });
+        }
+        if let Some(position) = row.iter().position(|value| !value.is_finite()) {
+            return Err(RowError::NotFinite {
+                column: COLUMNS[position],
+                value: row[position],
+            });
+        }
+        let time_s = row[column::TIME_S.index()];
+        if let Some(&previous_s) = self.column(column::TIME_S).last()
+            && time_s <= previous_s
+        {
+            return Err(RowError::TimeNotIncreasing { time_s, previous_s });
+        }
+        for (series, &value) in self.columns.iter_mut().zip(row) {
+            series.push(value);
+        }
+        Ok(())
+    }
+
+    /// The time series of a column, one value per row.
+    pub fn column(&self, column: Column) -> &[f64] {
+        &self.columns[column.index()]
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.column(column::TIME_S).len()
+    }
+
+    /// Whether there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Time from the first row to the last, s; 0 without rows.
+    pub fn duration_s(&self) -> f64 {
+        self.whole().map_or(0.0, |window| window.duration_s(self))
+    }
+
+    /// The rows from `start_s` to `end_s`, both included; `None` unless there are at least two.
+    ///
+    /// Times count as the `time_s` column does, in s.
+    pub fn window(&self, start_s: f64, end_s: f64) -> Option<Window> {
+        let times = self.column(column::TIME_S);
+        let start_row = times.partition_point(|&time| time < start_s - TIME_TOLERANCE_S);
+        let rows_before_end = times.partition_point(|&time| time <= end_s + TIME_TOLERANCE_S);
+        Window::new(start_row, rows_before_end.checked_sub(1)?)
+    }
+
+    /// All rows; `None` unless there are at least two.
+    pub fn whole(&self) -> Option<Window> {
+        Window::new(0, self.len().checked_sub(1)?)
+    }
+}
+
+/// Two different rows of a recording and the rows between: a stretch of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    start_row: usize,
+    end_row: usize,
+}
+
+impl Window {
+    /// The stretch from one row to a later one; `None` if `end_row` is not later.
+    pub fn new(start_row: usize, end_row: usize) -> Option<Window> {
+        (start_row < end_row).then_some(Window { start_row, end_row })
+    }
+
+    /// Row at which the stretch begins.
+    pub fn start_row(self) -> usize {
+        self.start_row
+    }
+
+    /// Row at which the stretch ends.
+    pub fn end_row(self) -> usize {
+        self.end_row
+    }
+
+    /// Whether `row` is one of the window's rows, first and last included.
+    pub fn contains(self, row: usize) -> bool {
+        (self.start_row..=self.end_row).contains(&row)
+    }
+
+    /// What both windows cover, if that is a stretch of time.
+    pub fn intersection(self, other: Window) -> Option<Window> {
+        Window::new(
+            self.start_row.max(other.start_row),
+            self.end_row.min(other.end_row),
+        )
+    }
+
+    /// By how much a column changes from the window's first row to its last.
+    ///
+    /// # Panics
+    /// If the window reaches beyond the recording.
+    pub fn change(self, recording: &Recording, column: Column) -> f64 {
+        let series = recording.column(column);
+        series[self.end_row] - series[self.start_row]
+    }
+
+    /// How long the window lasts, s.
+    ///
+    /// # Panics
+    /// If the window reaches beyond the recording.
+    pub fn duration_s(self, recording: &Recording) -> f64 {
+        self.change(recording, column::TIME_S)
+    }
+}

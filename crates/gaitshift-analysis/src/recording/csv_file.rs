@@ -1,0 +1,229 @@
+//! Writing and reading the file of a recording.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{COLUMNS, Recording, RecordingError, RecordingMetadata};
+
+const MAGIC: &str = "# gaitshift-recording ";
+pub(super) const FORMAT_VERSION: &str = "1";
+
+/// The JSON of the first line: the metadata and the number of rows to expect.
+#[derive(Serialize, Deserialize)]
+struct FirstLine<M> {
+    #[serde(flatten)]
+    metadata: M,
+    #[serde(default)]
+    rows: Option<usize>,
+}
+
+impl Recording {
+    /// Writes the recording as a CSV file, replacing what was there.
+    ///
+    /// # Errors
+    /// If the metadata holds numbers that no reader would accept, or the file cannot be written.
+    pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
+        let path = path.as_ref();
+        let bad_metadata = |reason| RecordingError::Metadata {
+            path: path.to_owned(),
+            reason,
+        };
+        check_metadata(&self.metadata).map_err(bad_metadata)?;
+        let first_line = serde_json::to_string(&FirstLine {
+            metadata: &self.metadata,
+            rows: Some(self.len()),
+        })
+        .map_err(|error| bad_metadata(error.to_string()))?;
+        let mut text = format!(
+            "{MAGIC}{FORMAT_VERSION} {first_line}\n{}\n",
+            COLUMNS.join(",")
+        );
+        for row in 0..self.len() {
+            for (position, series) in self.columns.iter().enumerate() {
+                if position > 0 {
+                    text.push(',');
+                }
+                // Debug is the shortest form that reads back to the same bits, with an exponent where
+                // Display would write hundreds of zeros.
+                let _ = write!(text, "{:?}", series[row]);
+            }
+            text.push('\n');
+        }
+        std::fs::write(path, text).map_err(|source| RecordingError::Io {
+            path: path.to_owned(),
+            action: "write",
+            source,
+        })
+    }
+
+    /// Reads a CSV file written by [`Recording::write_csv`] or by another program in that form.
+    ///
+    /// # Errors
+    /// Names the file and, where it applies, the line and column, the cause and the remedy.
+    pub fn read_csv(path: impl AsRef<Path>) -> Result<Self, RecordingError> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path).map_err(|source| RecordingError::Io {
+            path: path.to_owned(),
+            action: "read",
+            source,
+        })?;
+        let foreign = |reason: &str| RecordingError::Foreign {
+            path: path.to_owned(),
+            reason: reason.to_owned(),
+        };
+        let truncated = |reason| RecordingError::Truncated {
+            path: path.to_owned(),
+            reason,
+        };
+        if bytes.is_empty() {
+            return Err(foreign("the file is empty"));
+        }
+        let text = String::from_utf8(bytes).map_err(|_| foreign("it is not a text file"))?;
+        let first_line = text
+            .strip_prefix(MAGIC)
+            .ok_or_else(|| foreign("its first line is not `# gaitshift-recording 1 {...}`"))?;
+        let (first_line, table) = first_line
+            .split_once('\n')
+            .ok_or_else(|| truncated("it ends within its first line".to_owned()))?;
+        let (version, json) = first_line.split_once(' ').unwrap_or((first_line, ""));
+        if version.trim_end() != FORMAT_VERSION {
+            return Err(RecordingError::Version {
+                path: path.to_owned(),
+                found: version.trim_end().to_owned(),
+            });
+        }
+        let bad_metadata = |reason| RecordingError::Metadata {
+            path: path.to_owned(),
+            reason,
+        };
+        let FirstLine { metadata, rows }: FirstLine<RecordingMetadata> =
+            serde_json::from_str(json).map_err(|error| bad_metadata(error.to_string()))?;
+        check_metadata(&metadata).map_err(bad_metadata)?;
+        if table.is_empty() {
+            return Err(truncated("it has no header".to_owned()));
+        }
+
+        let mut recording = Recording::new(metadata);
+        recording.read_table(path, table)?;
+        if let Some(rows) = rows
+            && rows != recording.len()
+        {
+            return Err(truncated(format!(
+                "it has {} rows where its first line announces {rows}",
+                recording.len()
+            )));
+        }
+        // Without this a number cut in its last digits would pass for a shorter one.
+        if !table.ends_with('\n') {
+            return Err(truncated(
+                "its last line does not end in a line break".to_owned(),
+            ));
+        }
+        Ok(recording)
+    }
+
+    /// Appends the rows of `table`: a header line and lines of numbers.
+    fn read_table(&mut self, path: &Path, table: &str) -> Result<(), RecordingError> {
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_reader(table.as_bytes());
+        let header = reader.headers().map_err(|error| csv_error(path, &error))?;
+        let fields = fields_of_columns(path, header)?;
+        let mut row = vec![0.0; COLUMNS.len()];
+        for record in reader.records() {
+            let record = record.map_err(|error| csv_error(path, &error))?;
+            let line = file_line(record.position());
+            for ((value, &field), &column) in row.iter_mut().zip(&fields).zip(COLUMNS) {
+                // The csv reader has made sure that the record is as long as the header.
+                let text = record.get(field).unwrap_or_default();
+                *value = text.parse().map_err(|_| RecordingError::NotANumber {
+                    path: path.to_owned(),
+                    line,
+                    column,
+                    text: text.to_owned(),
+                })?;
+            }
+            self.push_row(&row).map_err(|source| RecordingError::Row {
+                path: path.to_owned(),
+                line,
+                source,
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Says what is wrong with the numbers of the metadata, if anything.
+fn check_metadata(metadata: &RecordingMetadata) -> Result<(), String> {
+    let positive = [
+        ("control_period_s", metadata.control_period_s),
+        ("total_mass_kg", metadata.total_mass_kg),
+        ("gravity_m_per_s2", metadata.gravity_m_per_s2),
+        ("leg_length_m", metadata.leg_length_m),
+    ];
+    match positive
+        .iter()
+        .find(|(_, value)| !(value.is_finite() && *value > 0.0))
+    {
+        Some((name, value)) => Err(format!(
+            "`{name}` is {value} and must be positive and finite"
+        )),
+        None => Ok(()),
+    }
+}
+
+/// For each column of [`COLUMNS`] the position of its field in a line of the file.
+fn fields_of_columns(
+    path: &Path,
+    header: &csv::StringRecord,
+) -> Result<Vec<usize>, RecordingError> {
+    let mut fields = Vec::with_capacity(COLUMNS.len());
+    let mut missing = Vec::new();
+    for &column in COLUMNS {
+        let mut matching = (0..header.len()).filter(|&field| &header[field] == column);
+        match (matching.next(), matching.next()) {
+            (Some(field), None) => fields.push(field),
+            (None, _) => missing.push(column),
+            (Some(_), Some(_)) => {
+                return Err(RecordingError::DuplicateColumn {
+                    path: path.to_owned(),
+                    column,
+                });
+            }
+        }
+    }
+    if missing.is_empty() {
+        Ok(fields)
+    } else {
+        Err(RecordingError::MissingColumns {
+            path: path.to_owned(),
+            columns: missing,
+        })
+    }
+}
+
+/// Line in the file of a position in the table, which starts on the file's second line.
+fn file_line(position: Option<&csv::Position>) -> u64 {
+    position.map_or(2, |position| position.line() + 1)
+}
+
+fn csv_error(path: &Path, error: &csv::Error) -> RecordingError {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths {
+            pos,
+            expected_len,
+            len,
+        } => RecordingError::FieldCount {
+            path: path.to_owned(),
+            line: file_line(pos.as_ref()),
+            found: *len,
+            expected: *expected_len,
+        },
+        _ => RecordingError::Foreign {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        },
+    }
+}

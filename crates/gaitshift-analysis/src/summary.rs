@@ -1,0 +1,201 @@
+//! All figures of a steady motion at once: a row of the tables, a line of the program's JSON.
+
+use serde::{Deserialize, Serialize};
+
+use crate::cost::{classic_froude_number, cost_of_transport, froude_number};
+use crate::energy::{correlation_in_single_support, correlation_over, energy_recovery};
+use crate::gait::{GaitClass, GaitEvidence, GaitRule};
+use crate::recording::{Column, Recording, Side, Window, column, ended_by};
+use crate::steps::{LegTiming, Step, step_frequency_hz, step_length_m, whole_strides};
+use crate::support::Support;
+
+/// How to judge a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct AnalysisOptions {
+    /// Time at the beginning that is left out, s. Default 5 s.
+    ///
+    /// From a recording shorter than twice this time, its first half is left out instead.
+    pub settling_time_s: f64,
+    /// What counts as contact, walking and running.
+    pub rule: GaitRule,
+}
+
+impl Default for AnalysisOptions {
+    fn default() -> Self {
+        Self {
+            settling_time_s: 5.0,
+            rule: GaitRule::default(),
+        }
+    }
+}
+
+/// What a motion is, in figures. All but `survived_s`, `fell` and `ended_by` describe the window from
+/// `window_start_s` to `window_end_s`; `None` (null in JSON) stands for what is undefined there.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GaitSummary {
+    /// How long the whole recording lasts, s.
+    pub survived_s: f64,
+    /// Whether the body fell.
+    pub fell: bool,
+    /// Why the motion ended, in the recording's words.
+    pub ended_by: String,
+    /// Time at which the described window begins, s.
+    pub window_start_s: Option<f64>,
+    /// Time at which the described window ends, s.
+    pub window_end_s: Option<f64>,
+    /// What the motion is.
+    pub gait: GaitClass,
+    /// Mean forward speed of the hip, m/s.
+    pub speed_m_per_s: Option<f64>,
+    /// Froude number of the paper, `v / √(g l)`.
+    pub froude: Option<f64>,
+    /// Froude number of Alexander, `v² / (g l)`.
+    pub classic_froude: Option<f64>,
+    /// Share of time with both feet on the ground, in [0, 1].
+    pub double_support: Option<f64>,
+    /// Share of time with one foot on the ground, in [0, 1].
+    pub single_support: Option<f64>,
+    /// Share of time with no foot on the ground, in [0, 1].
+    pub flight: Option<f64>,
+    /// Cost of transport (8).
+    pub cost_of_transport: Option<f64>,
+    /// Steps (not strides) per second, Hz.
+    pub step_frequency_hz: Option<f64>,
+    /// Way of the hip per step, m.
+    pub step_length_m: Option<f64>,
+    /// Share of the right leg's stride on the ground, in [0, 1].
+    pub duty_factor_right: Option<f64>,
+    /// Share of the left leg's stride on the ground, in [0, 1].
+    pub duty_factor_left: Option<f64>,
+    /// Mean time on the ground per stride of the right leg, s.
+    pub stance_time_right_s: Option<f64>,
+    /// Mean time on the ground per stride of the left leg, s.
+    pub stance_time_left_s: Option<f64>,
+    /// Mean time off the ground per stride of the right leg, s.
+    pub swing_time_right_s: Option<f64>,
+    /// Mean time off the ground per stride of the left leg, s.
+    pub swing_time_left_s: Option<f64>,
+    /// Limping index: difference of the right and left step times over their mean, in [0, 2].
+    pub step_time_asymmetry: Option<f64>,
+    /// How far feet on the ground slide, relative to the hip's way.
+    pub foot_slide: Option<f64>,
+    /// Number of whole steps.
+    pub steps: usize,
+    /// Share of steps onto the other foot than the one before, in [0, 1].
+    pub steps_alternating: Option<f64>,
+    /// Share of steps with double support, in [0, 1].
+    pub steps_with_double_support: Option<f64>,
+    /// Share of steps with flight, in [0, 1].
+    pub steps_with_flight: Option<f64>,
+    /// Correlation of kinetic with gravitational energy over whole strides, in [-1, 1].
+    pub kinetic_potential_correlation: Option<f64>,
+    /// Correlation of kinetic with gravitational energy in single support, in [-1, 1].
+    pub kinetic_potential_correlation_single_support: Option<f64>,
+    /// Correlation of elastic with kinetic energy in single support, in [-1, 1].
+    pub elastic_kinetic_correlation_single_support: Option<f64>,
+    /// Correlation of elastic with gravitational energy in single support, in [-1, 1].
+    pub elastic_potential_correlation_single_support: Option<f64>,
+    /// Pendular energy recovery after Cavagna over whole strides, in [0, 1].
+    pub energy_recovery: Option<f64>,
+}
+
+/// Describes a recording after its settling time. Works for every recording, even an empty one.
+pub fn summarise(recording: &Recording, options: &AnalysisOptions) -> GaitSummary {
+    let support = Support::find(recording, &options.rule.contact);
+    let window = recording
+        .column(column::TIME_S)
+        .first()
+        .and_then(|&first_s| {
+            let last_s = first_s + recording.duration_s();
+            let settled_s =
+                first_s + settling_time_s(options.settling_time_s, recording.duration_s());
+            recording.window(settled_s, last_s)
+        });
+    let mut summary = summarise_window(recording, &support, window, &options.rule);
+    if has_fallen(recording) {
+        summary.gait = GaitClass::Fallen;
+    }
+    summary
+}
+
+/// The wanted settling time, or half of the time there is if that is less.
+pub(crate) fn settling_time_s(wanted_s: f64, available_s: f64) -> f64 {
+    wanted_s.max(0.0).min(0.5 * available_s)
+}
+
+/// Whether the motion ended in a fall or diverged.
+pub(crate) fn has_fallen(recording: &Recording) -> bool {
+    recording.metadata.fell || recording.metadata.ended_by == ended_by::DIVERGED
+}
+
+/// Describes one window, whatever became of the body after it: `gait` is never [`GaitClass::Fallen`].
+///
+/// `support` must be that of the recording. Without a window, all that describes it is undefined and the
+/// gait is [`GaitClass::Mixed`].
+pub fn summarise_window(
+    recording: &Recording,
+    support: &Support,
+    window: Option<Window>,
+    rule: &GaitRule,
+) -> GaitSummary {
+    let evidence = window.map(|window| GaitEvidence::gather(recording, support, window));
+    let evidence = evidence.as_ref();
+    let strides = window.and_then(|window| whole_strides(support, window));
+    let times = recording.column(column::TIME_S);
+
+    let speed_m_per_s = evidence.and_then(|evidence| evidence.speed_m_per_s);
+    let fractions = evidence.and_then(|evidence| evidence.support);
+    let [right, left] = Side::BOTH
+        .map(|side| window.and_then(|window| LegTiming::find(recording, support, side, window)));
+    let steps: &[Step] = evidence.map_or(&[], |evidence| &evidence.steps);
+    let share_of_steps = |wanted: &dyn Fn(&Step) -> bool| {
+        evidence.and_then(|evidence| evidence.share_of_steps(wanted))
+    };
+    let in_single_support = |first: Column, second: Column| {
+        window.and_then(|window| {
+            correlation_in_single_support(recording, support, window, first, second)
+        })
+    };
+    let (kinetic, potential, elastic) = (
+        column::KINETIC_ENERGY_J,
+        column::GRAVITATIONAL_ENERGY_J,
+        column::ELASTIC_ENERGY_J,
+    );
+
+    GaitSummary {
+        survived_s: recording.duration_s(),
+        fell: recording.metadata.fell,
+        ended_by: recording.metadata.ended_by.clone(),
+        window_start_s: window.map(|window| times[window.start_row()]),
+        window_end_s: window.map(|window| times[window.end_row()]),
+        gait: evidence.map_or(GaitClass::Mixed, |evidence| evidence.classify(rule)),
+        speed_m_per_s,
+        froude: speed_m_per_s.and_then(|speed| froude_number(recording, speed)),
+        classic_froude: speed_m_per_s.and_then(|speed| classic_froude_number(recording, speed)),
+        double_support: fractions.map(|fractions| fractions.double_support),
+        single_support: fractions.map(|fractions| fractions.single_support),
+        flight: fractions.map(|fractions| fractions.flight),
+        cost_of_transport: window.and_then(|window| cost_of_transport(recording, window)),
+        step_frequency_hz: step_frequency_hz(steps),
+        step_length_m: step_length_m(steps),
+        duty_factor_right: right.map(|leg| leg.duty_factor),
+        duty_factor_left: left.map(|leg| leg.duty_factor),
+        stance_time_right_s: right.map(|leg| leg.stance_s),
+        stance_time_left_s: left.map(|leg| leg.stance_s),
+        swing_time_right_s: right.map(|leg| leg.swing_s),
+        swing_time_left_s: left.map(|leg| leg.swing_s),
+        step_time_asymmetry: evidence.and_then(|evidence| evidence.step_time_asymmetry),
+        foot_slide: evidence.and_then(|evidence| evidence.foot_slide),
+        steps: steps.len(),
+        steps_alternating: share_of_steps(&Step::alternates),
+        steps_with_double_support: share_of_steps(&|step| rule.has_double_support(step)),
+        steps_with_flight: share_of_steps(&|step| rule.has_flight(step)),
+        kinetic_potential_correlation: strides
+            .and_then(|strides| correlation_over(recording, strides, kinetic, potential)),
+        kinetic_potential_correlation_single_support: in_single_support(kinetic, potential),
+        elastic_kinetic_correlation_single_support: in_single_support(elastic, kinetic),
+        elastic_potential_correlation_single_support: in_single_support(elastic, potential),
+        energy_recovery: strides.and_then(|strides| energy_recovery(recording, strides)),
+    }
+}

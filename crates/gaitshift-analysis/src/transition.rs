@@ -1,0 +1,182 @@
+//! A change of gait: what the motion is before the command changes, what it is afterwards, and how many
+//! steps lie between.
+
+use serde::{Deserialize, Serialize};
+
+use crate::gait::{GaitClass, GaitRule};
+use crate::recording::{Recording, Window, column};
+use crate::steps::find_steps;
+use crate::summary::{GaitSummary, has_fallen, settling_time_s, summarise_window};
+use crate::support::Support;
+
+/// How to judge a change of gait.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TransitionOptions {
+    /// Time left out at the recording's beginning, s, but at most half of the time before the ramp.
+    /// Default 5 s.
+    pub settling_before_s: f64,
+    /// Time left out after the ramp, s, but at most half of the time after it. Default 5 s.
+    pub settling_after_s: f64,
+    /// What counts as contact, walking and running.
+    pub rule: GaitRule,
+}
+
+impl Default for TransitionOptions {
+    fn default() -> Self {
+        Self {
+            settling_before_s: 5.0,
+            settling_after_s: 5.0,
+            rule: GaitRule::default(),
+        }
+    }
+}
+
+/// A change of gait in figures; `None` (null in JSON) stands for what is undefined.
+///
+/// `..._before` describes the steady motion before the ramp, `..._after` that after it. The correlations
+/// named without a phase are those in which the gait shows: in single support if it is running, over
+/// whole strides otherwise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TransitionSummary {
+    /// Whether the body stayed up until the recording's end.
+    pub survived: bool,
+    /// How long the whole recording lasts, s.
+    pub survived_s: f64,
+    /// Time at which the command begins to change, s.
+    pub ramp_start_s: f64,
+    /// Time at which the command has changed, s.
+    pub ramp_end_s: f64,
+    /// Gait before the ramp.
+    pub gait_before: GaitClass,
+    /// Gait after the ramp; fallen if the body fell at any time.
+    pub gait_after: GaitClass,
+    /// Mean forward speed before, m/s.
+    pub speed_before_m_per_s: Option<f64>,
+    /// Mean forward speed after, m/s.
+    pub speed_after_m_per_s: Option<f64>,
+    /// Number of the touchdown, counted from the ramp's start, that begins the first step from which on
+    /// every step is one of the new gait. `None` unless one gait (walking, running) changed to the other.
+    pub steps_to_change: Option<usize>,
+    /// Correlation of kinetic with gravitational energy before, in [-1, 1].
+    pub kinetic_potential_correlation_before: Option<f64>,
+    /// Correlation of kinetic with gravitational energy after, in [-1, 1].
+    pub kinetic_potential_correlation_after: Option<f64>,
+    /// Correlation of elastic with kinetic energy in single support before, in [-1, 1].
+    pub elastic_kinetic_correlation_before: Option<f64>,
+    /// Correlation of elastic with kinetic energy in single support after, in [-1, 1].
+    pub elastic_kinetic_correlation_after: Option<f64>,
+    /// Correlation of elastic with gravitational energy in single support before, in [-1, 1].
+    pub elastic_potential_correlation_before: Option<f64>,
+    /// Correlation of elastic with gravitational energy in single support after, in [-1, 1].
+    pub elastic_potential_correlation_after: Option<f64>,
+    /// Share of time with both feet on the ground before, in [0, 1].
+    pub double_support_before: Option<f64>,
+    /// Share of time with both feet on the ground after, in [0, 1].
+    pub double_support_after: Option<f64>,
+    /// Share of time with no foot on the ground before, in [0, 1].
+    pub flight_before: Option<f64>,
+    /// Share of time with no foot on the ground after, in [0, 1].
+    pub flight_after: Option<f64>,
+    /// Everything about the steady motion before the ramp.
+    pub before: GaitSummary,
+    /// Everything about the steady motion after the ramp.
+    pub after: GaitSummary,
+}
+
+/// Describes a recording in which the command changes between `ramp_start_s` and `ramp_end_s` (in the
+/// recording's time, s). Works for every recording, even an empty one.
+pub fn summarise_transition(
+    recording: &Recording,
+    ramp_start_s: f64,
+    ramp_end_s: f64,
+    options: &TransitionOptions,
+) -> TransitionSummary {
+    let rule = &options.rule;
+    let support = Support::find(recording, &rule.contact);
+    let survived = !has_fallen(recording);
+
+    let first_s = recording
+        .column(column::TIME_S)
+        .first()
+        .copied()
+        .unwrap_or(0.0);
+    let last_s = first_s + recording.duration_s();
+    let before_s = first_s + settling_time_s(options.settling_before_s, ramp_start_s - first_s);
+    let after_s = ramp_end_s + settling_time_s(options.settling_after_s, last_s - ramp_end_s);
+    let before = summarise_window(
+        recording,
+        &support,
+        recording.window(before_s, ramp_start_s),
+        rule,
+    );
+    let mut after = summarise_window(recording, &support, recording.window(after_s, last_s), rule);
+    if !survived {
+        after.gait = GaitClass::Fallen;
+    }
+
+    let since_ramp = recording.window(ramp_start_s, last_s);
+    TransitionSummary {
+        survived,
+        survived_s: recording.duration_s(),
+        ramp_start_s,
+        ramp_end_s,
+        gait_before: before.gait,
+        gait_after: after.gait,
+        speed_before_m_per_s: before.speed_m_per_s,
+        speed_after_m_per_s: after.speed_m_per_s,
+        steps_to_change: since_ramp.and_then(|since_ramp| {
+            steps_to_change(
+                recording,
+                &support,
+                since_ramp,
+                before.gait,
+                after.gait,
+                rule,
+            )
+        }),
+        kinetic_potential_correlation_before: kinetic_potential_correlation(&before),
+        kinetic_potential_correlation_after: kinetic_potential_correlation(&after),
+        elastic_kinetic_correlation_before: before.elastic_kinetic_correlation_single_support,
+        elastic_kinetic_correlation_after: after.elastic_kinetic_correlation_single_support,
+        elastic_potential_correlation_before: before.elastic_potential_correlation_single_support,
+        elastic_potential_correlation_after: after.elastic_potential_correlation_single_support,
+        double_support_before: before.double_support,
+        double_support_after: after.double_support,
+        flight_before: before.flight,
+        flight_after: after.flight,
+        before,
+        after,
+    }
+}
+
+/// The correlation in which the gait shows.
+fn kinetic_potential_correlation(summary: &GaitSummary) -> Option<f64> {
+    match summary.gait {
+        GaitClass::Running => summary.kinetic_potential_correlation_single_support,
+        _ => summary.kinetic_potential_correlation,
+    }
+}
+
+fn steps_to_change(
+    recording: &Recording,
+    support: &Support,
+    since_ramp: Window,
+    before: GaitClass,
+    after: GaitClass,
+    rule: &GaitRule,
+) -> Option<usize> {
+    let changes_gait = matches!(
+        (before, after),
+        (GaitClass::Walking, GaitClass::Running) | (GaitClass::Running, GaitClass::Walking)
+    );
+    if !changes_gait {
+        return None;
+    }
+    let steps = find_steps(recording, support, since_ramp);
+    let unchanged = steps
+        .iter()
+        .rposition(|step| rule.class_of_step(step) != after);
+    let first_changed = unchanged.map_or(0, |last_unchanged| last_unchanged + 1);
+    (first_changed < steps.len()).then_some(first_changed + 1)
+}

@@ -1,0 +1,154 @@
+//! Contract: a change of gait is described by the steady motion before and after the ramp and by the
+//! number of the touchdown from which on every step belongs to the new gait; the correlations named
+//! without a phase are those in which each gait shows.
+
+mod common;
+
+use common::{Frame, Gait, close, record};
+use gaitshift_analysis::recording::Recording;
+use gaitshift_analysis::{GaitClass, TransitionOptions, TransitionSummary, summarise_transition};
+
+/// Walks until 11 s, then runs; the right foot lands at 11 s.
+fn walk_to_run(time_s: f64) -> Frame {
+    if time_s < 11.0 {
+        return Gait::WALK.frame(time_s);
+    }
+    let mut frame = Gait::RUN.frame(time_s - 11.0);
+    frame.x_m += 11.0 * Gait::WALK.speed_m_per_s;
+    frame
+}
+
+/// Runs until 10.5 s, then walks; the right foot lands at 10.5 s.
+fn run_to_walk(time_s: f64) -> Frame {
+    if time_s < 10.5 {
+        return Gait::RUN.frame(time_s);
+    }
+    let mut frame = Gait::WALK.frame(time_s - 10.5);
+    // The walk's first double support has no foot behind it: that one swings.
+    if time_s < 10.6 {
+        frame.contact = [true, false];
+    }
+    frame.x_m += 10.5 * Gait::RUN.speed_m_per_s;
+    frame
+}
+
+fn transition(recording: &Recording) -> TransitionSummary {
+    summarise_transition(recording, 10.2, 10.6, &TransitionOptions::default())
+}
+
+#[test]
+fn from_walking_to_running() {
+    let summary = transition(&record(20.0, walk_to_run));
+    assert!(summary.survived);
+    assert_eq!(
+        (summary.gait_before, summary.gait_after),
+        (GaitClass::Walking, GaitClass::Running)
+    );
+    // Touchdowns since 10.2 s: left at 10.5 (a walking step), right at 11.0 (the first running step).
+    assert_eq!(summary.steps_to_change, Some(2));
+    close(summary.speed_before_m_per_s, 0.8);
+    close(summary.speed_after_m_per_s, 2.0);
+    close(summary.kinetic_potential_correlation_before, -1.0);
+    close(summary.kinetic_potential_correlation_after, 1.0);
+    close(summary.elastic_kinetic_correlation_after, -1.0);
+    close(summary.elastic_potential_correlation_after, -1.0);
+    assert_eq!(summary.elastic_kinetic_correlation_before, None);
+    // The window from 5 to 10.2 s holds 10 double supports of 0.1 s and one more.
+    close(summary.double_support_before, 1.1 / 5.2);
+    close(summary.flight_before, 0.0);
+    close(summary.double_support_after, 0.0);
+    close(summary.before.window_start_s, 5.0);
+    close(summary.after.window_start_s, 10.6 + 0.5 * 9.4);
+}
+
+#[test]
+fn from_running_to_walking() {
+    let summary = transition(&record(20.0, run_to_walk));
+    assert_eq!(
+        (summary.gait_before, summary.gait_after),
+        (GaitClass::Running, GaitClass::Walking)
+    );
+    // Touchdowns since 10.2 s: right at 10.5 (no double support yet), left at 11.0 (walking).
+    assert_eq!(summary.steps_to_change, Some(2));
+    close(summary.kinetic_potential_correlation_before, 1.0);
+    close(summary.kinetic_potential_correlation_after, -1.0);
+}
+
+#[test]
+fn a_relapse_starts_the_count_again() {
+    let relapsing = record(20.0, |time_s| {
+        let mut frame = walk_to_run(time_s);
+        // The step that begins at 11.7 s (the fourth touchdown) has no flight.
+        if (11.9..12.05).contains(&time_s) {
+            frame.contact = [true, false];
+        }
+        frame
+    });
+    let summary = transition(&relapsing);
+    assert_eq!(summary.gait_after, GaitClass::Running);
+    assert_eq!(summary.steps_to_change, Some(5));
+}
+
+#[test]
+fn without_a_change_there_are_no_steps_to_it() {
+    let walking = transition(&Gait::WALK.record(20.0));
+    assert_eq!(
+        (walking.gait_before, walking.gait_after),
+        (GaitClass::Walking, GaitClass::Walking)
+    );
+    assert_eq!(walking.steps_to_change, None);
+    let stopping = record(20.0, |time_s| {
+        let mut frame = Gait::WALK.frame(time_s.min(11.0));
+        frame.contact = if time_s > 11.0 {
+            [true; 2]
+        } else {
+            frame.contact
+        };
+        frame
+    });
+    assert_eq!(transition(&stopping).gait_after, GaitClass::Standing);
+    assert_eq!(transition(&stopping).steps_to_change, None);
+}
+
+#[test]
+fn a_fall_during_the_change_is_reported() {
+    let mut recording = record(12.0, walk_to_run);
+    recording.metadata.fell = true;
+    let summary = transition(&recording);
+    assert!(!summary.survived);
+    assert_eq!(
+        (summary.gait_before, summary.gait_after),
+        (GaitClass::Walking, GaitClass::Fallen)
+    );
+    assert_eq!(summary.steps_to_change, None);
+    close(Some(summary.survived_s), 12.0);
+}
+
+#[test]
+fn a_fall_before_the_ramp_leaves_nothing_after_it() {
+    let mut recording = record(4.0, walk_to_run);
+    recording.metadata.fell = true;
+    let summary = transition(&recording);
+    assert_eq!(summary.gait_after, GaitClass::Fallen);
+    assert_eq!(summary.speed_after_m_per_s, None);
+    assert_eq!(summary.steps_to_change, None);
+}
+
+#[test]
+fn json_has_the_promised_names() {
+    let json = serde_json::to_value(transition(&record(20.0, walk_to_run))).expect("json");
+    for name in [
+        "survived",
+        "gait_before",
+        "gait_after",
+        "speed_before_m_per_s",
+        "speed_after_m_per_s",
+        "steps_to_change",
+        "kinetic_potential_correlation_before",
+        "kinetic_potential_correlation_after",
+    ] {
+        assert!(!json[name].is_null(), "{name}");
+    }
+    assert_eq!(json["gait_after"], "running");
+    assert_eq!(json["before"]["gait"], "walking");
+}

@@ -1,0 +1,329 @@
+//! The criteria that a finished controller has to meet, each measured on rollouts without noise.
+
+use crate::CommandProfile;
+use crate::rollout::{Control, Rollout};
+use gaitshift_analysis::recording::RowError;
+use gaitshift_analysis::{
+    AnalysisOptions, GaitClass, GaitSummary, TransitionOptions, TransitionSummary, summarise,
+    summarise_transition,
+};
+use gaitshift_body::Body;
+use gaitshift_task::{Environment, TaskParameters};
+use serde::Serialize;
+
+/// What a controller is tried on, and the bounds it has to keep. The defaults ask for what the paper
+/// reports: walking at ω_v = 0, running at 3, its range of speeds, its costs of transport, and both
+/// changes of gait from any phase of the stride.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Criteria {
+    /// Commands held for `duration_s` each.
+    pub omega_v: Vec<f64>,
+    /// Duration of those motions, in s.
+    pub duration_s: f64,
+    /// The walking command.
+    pub walking_omega_v: f64,
+    /// The running command.
+    pub running_omega_v: f64,
+    /// Least Froude number of the walk.
+    pub walking_froude: f64,
+    /// The slowest motion has at most, the fastest at least this Froude number.
+    pub froude_span: [f64; 2],
+    /// Greatest cost of transport walking and running.
+    pub cost_of_transport: [f64; 2],
+    /// Duration of a command ramp, in s.
+    pub ramp_s: f64,
+    /// Number of different phases of the stride from which each change of gait is tried.
+    pub phases: usize,
+    /// Time of steady motion before the ramp and after it, in s.
+    pub steady_s: f64,
+    /// Least magnitude of the energy correlations.
+    pub correlation: f64,
+}
+
+impl Default for Criteria {
+    fn default() -> Self {
+        Self {
+            omega_v: (0..=7).map(|k| 0.5 * f64::from(k)).collect(),
+            duration_s: 20.0,
+            walking_omega_v: 0.0,
+            running_omega_v: 3.0,
+            walking_froude: 0.15,
+            froude_span: [0.20, 0.93],
+            cost_of_transport: [0.342, 0.347],
+            ramp_s: 0.4,
+            phases: 10,
+            steady_s: 10.0,
+            correlation: 0.5,
+        }
+    }
+}
+
+/// One criterion, what was measured and whether it holds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Check {
+    /// What is asked.
+    pub name: String,
+    /// What was measured, in the words or unit of the name; nothing if it is undefined.
+    pub value: Option<f64>,
+    /// Whether it holds.
+    pub met: bool,
+    /// How much of it is there, in [0, 1]; 1 exactly if it is met.
+    pub credit: f64,
+}
+
+/// A steady motion under one command.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// The command.
+    pub omega_v: f64,
+    /// The motion.
+    #[serde(flatten)]
+    pub summary: GaitSummary,
+}
+
+/// The outcome of judging a controller.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Judgement {
+    /// Steady motions, one per command.
+    pub rows: Vec<Row>,
+    /// Changes from walking to running, one per phase of the stride.
+    pub to_running: Vec<TransitionSummary>,
+    /// Changes from running to walking.
+    pub to_walking: Vec<TransitionSummary>,
+    /// All criteria.
+    pub checks: Vec<Check>,
+}
+
+impl Judgement {
+    /// Whether every criterion is met.
+    pub fn accepted(&self) -> bool {
+        self.checks.iter().all(|c| c.met)
+    }
+
+    /// Number of criteria met.
+    pub fn met(&self) -> usize {
+        self.checks.iter().filter(|c| c.met).count()
+    }
+
+    /// Orders controllers: the sum of the credits.
+    pub fn score(&self) -> f64 {
+        self.checks.iter().map(|c| c.credit).sum()
+    }
+
+    /// The motion at a command, if it was tried.
+    pub fn row(&self, omega_v: f64) -> Option<&GaitSummary> {
+        self.rows
+            .iter()
+            .find(|r| r.omega_v == omega_v)
+            .map(|r| &r.summary)
+    }
+}
+
+/// Full credit if met, otherwise less than 1 in proportion to how near the value is.
+fn check(name: String, value: Option<f64>, met: bool, nearness: f64) -> Check {
+    let credit = if met { 1.0 } else { nearness.clamp(0.0, 0.95) };
+    Check {
+        name,
+        value,
+        met,
+        credit: if credit.is_finite() { credit } else { 0.0 },
+    }
+}
+
+fn at_least(name: String, value: Option<f64>, bound: f64) -> Check {
+    let v = value.unwrap_or(f64::NEG_INFINITY);
+    check(name, value, v >= bound, v / bound)
+}
+
+fn at_most(name: String, value: Option<f64>, bound: f64) -> Check {
+    let v = value.unwrap_or(f64::INFINITY);
+    check(name, value, v <= bound, bound / v)
+}
+
+/// Tries a controller on every command and every change of gait.
+///
+/// # Errors
+/// A recording that refuses a row.
+pub fn judge(
+    body: &Body,
+    task: &TaskParameters,
+    criteria: &Criteria,
+    control: &mut impl Control,
+) -> Result<Judgement, RowError> {
+    let c = criteria;
+    let start = Environment::default_start(body, task);
+    let mut run = |profile: &CommandProfile, duration_s: f64| {
+        Rollout {
+            body,
+            task,
+            start,
+            profile,
+            duration_s,
+            seed: 0,
+            controller: "",
+        }
+        .record(control)
+    };
+    let mut rows = Vec::new();
+    for &omega_v in &c.omega_v {
+        let recording = run(&CommandProfile::constant(omega_v), c.duration_s)?;
+        let summary = summarise(&recording, &AnalysisOptions::default());
+        rows.push(Row { omega_v, summary });
+    }
+    let mut judgement = Judgement {
+        rows,
+        to_running: Vec::new(),
+        to_walking: Vec::new(),
+        checks: Vec::new(),
+    };
+    let (walk_w, run_w) = (c.walking_omega_v, c.running_omega_v);
+    let walk = judgement.row(walk_w).cloned();
+    let running = judgement.row(run_w).cloned();
+    for (from, to, steady) in [(walk_w, run_w, &walk), (run_w, walk_w, &running)] {
+        // A motion that does not last has no phases from which to change.
+        let Some(steady) = steady.as_ref().filter(|s| !s.fell) else {
+            continue;
+        };
+        let stride_s = steady.step_frequency_hz.map_or(1.0, |f| 2.0 / f);
+        for phase in 0..c.phases {
+            let start_s = c.steady_s + stride_s * phase as f64 / c.phases as f64;
+            let end_s = start_s + c.ramp_s;
+            let profile = CommandProfile::ramp(from, to, start_s, c.ramp_s);
+            let recording = run(&profile, end_s + c.steady_s)?;
+            let options = TransitionOptions::default();
+            let summary = summarise_transition(&recording, start_s, end_s, &options);
+            if to == run_w {
+                judgement.to_running.push(summary);
+            } else {
+                judgement.to_walking.push(summary);
+            }
+        }
+    }
+    judgement.checks = checks(&judgement, c, walk.as_ref(), running.as_ref());
+    Ok(judgement)
+}
+
+fn checks(
+    j: &Judgement,
+    c: &Criteria,
+    walk: Option<&GaitSummary>,
+    running: Option<&GaitSummary>,
+) -> Vec<Check> {
+    let mut checks = Vec::new();
+    for row in &j.rows {
+        let s = &row.summary;
+        checks.push(check(
+            format!("survives {} s at omega_v = {}", c.duration_s, row.omega_v),
+            Some(s.survived_s),
+            !s.fell,
+            s.survived_s / c.duration_s,
+        ));
+    }
+    let (walk_w, run_w) = (c.walking_omega_v, c.running_omega_v);
+    let (walk, running) = (walk.filter(|s| !s.fell), running.filter(|s| !s.fell));
+    checks.push(check(
+        format!("walks at omega_v = {walk_w}: share of steps with double support"),
+        walk.and_then(|s| s.steps_with_double_support),
+        walk.is_some_and(|s| s.gait == GaitClass::Walking),
+        walk.map_or(0.0, |s| {
+            0.5 * s.steps_with_double_support.unwrap_or(0.0) * (1.0 - s.flight.unwrap_or(0.0))
+        }),
+    ));
+    checks.push(at_least(
+        format!(
+            "Froude number at omega_v = {walk_w} at least {}",
+            c.walking_froude
+        ),
+        walk.and_then(|s| s.froude),
+        c.walking_froude,
+    ));
+    checks.push(check(
+        format!("runs at omega_v = {run_w}: share of steps with flight"),
+        running.and_then(|s| s.steps_with_flight),
+        running.is_some_and(|s| s.gait == GaitClass::Running),
+        running.map_or(0.0, |s| {
+            0.5 * s.steps_with_flight.unwrap_or(0.0) * (1.0 - s.double_support.unwrap_or(0.0))
+        }),
+    ));
+    let froude = || {
+        j.rows
+            .iter()
+            .filter(|r| !r.summary.fell)
+            .filter_map(|r| r.summary.froude)
+    };
+    let least = froude().reduce(f64::min);
+    let greatest = froude().reduce(f64::max);
+    let [low, high] = c.froude_span;
+    checks.push(at_most(
+        format!("least Froude number at most {low}"),
+        least,
+        low,
+    ));
+    checks.push(at_least(
+        format!("greatest Froude number at least {high}"),
+        greatest,
+        high,
+    ));
+    for (name, s, w, bound) in [
+        ("walking", walk, walk_w, c.cost_of_transport[0]),
+        ("running", running, run_w, c.cost_of_transport[1]),
+    ] {
+        checks.push(at_most(
+            format!("cost of transport {name} at omega_v = {w} at most {bound}"),
+            s.and_then(|s| s.cost_of_transport).filter(|v| *v > 0.0),
+            bound,
+        ));
+    }
+    for (from, to, wanted, list) in [
+        (walk_w, run_w, GaitClass::Running, &j.to_running),
+        (run_w, walk_w, GaitClass::Walking, &j.to_walking),
+    ] {
+        for k in 0..c.phases {
+            let t = list.get(k);
+            let met = t.is_some_and(|t| t.survived && t.gait_after == wanted);
+            let near = t.map_or(0.0, |t| if t.survived { 0.6 } else { 0.2 });
+            checks.push(check(
+                format!(
+                    "changes {from} -> {to} from phase {k}/{} of the stride: survived, s",
+                    c.phases
+                ),
+                t.map(|t| t.survived_s),
+                met,
+                near,
+            ));
+        }
+    }
+    let b = c.correlation;
+    let walk_kp = walk.and_then(|s| s.kinetic_potential_correlation);
+    checks.push(check(
+        format!("kinetic-potential correlation walking below -{b}"),
+        walk_kp,
+        walk_kp.is_some_and(|v| v < -b),
+        -walk_kp.unwrap_or(0.0) / b,
+    ));
+    let run_kp = running.and_then(|s| s.kinetic_potential_correlation_single_support);
+    checks.push(check(
+        format!("kinetic-potential correlation running (single support) above {b}"),
+        run_kp,
+        run_kp.is_some_and(|v| v > b),
+        run_kp.unwrap_or(0.0) / b,
+    ));
+    for (name, value) in [
+        (
+            "kinetic",
+            running.and_then(|s| s.elastic_kinetic_correlation_single_support),
+        ),
+        (
+            "potential",
+            running.and_then(|s| s.elastic_potential_correlation_single_support),
+        ),
+    ] {
+        checks.push(check(
+            format!("elastic-{name} correlation running (single support) below -{b}"),
+            value,
+            value.is_some_and(|v| v < -b),
+            -value.unwrap_or(0.0) / b,
+        ));
+    }
+    checks
+}

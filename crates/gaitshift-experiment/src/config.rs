@@ -1,0 +1,372 @@
+//! One experiment as one TOML file: body, task, curriculum, learner and training, every value named.
+
+use gaitshift_body::{BodyParameters, ParameterError};
+use gaitshift_sac::SacConfig;
+use gaitshift_task::{Curriculum, TaskError, TaskParameters};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// How mirror symmetry enters learning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Symmetry {
+    /// Not at all.
+    None,
+    /// As the paper writes it: the reward term (7), from the policy's own output.
+    Reward,
+    /// The square in (7) added to the actor's loss, weighted by `ω_s`.
+    Loss,
+    /// Half of every batch is replaced by its mirror image.
+    Replay,
+}
+
+/// Everything about training that is neither the task's nor the learner's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TrainingParameters {
+    /// Environments stepped together.
+    pub environments: usize,
+    /// Environment steps per update of the learner; 1 is the journal version's.
+    pub steps_per_update: u64,
+    /// Environment steps before the first update.
+    pub learning_starts: u64,
+    /// How mirror symmetry enters.
+    pub symmetry: Symmetry,
+    /// The learning rate falls linearly to this share of itself ...
+    pub learning_rate_end_share: f64,
+    /// ... from this share of the run to its end.
+    pub learning_rate_fall_from: f64,
+    /// The fixed temperature α falls linearly to this share of itself, over the same part of the run.
+    pub alpha_end_share: f64,
+    /// Environment steps between evaluations.
+    pub evaluation_interval_steps: u64,
+    /// Environment steps between checkpoints.
+    pub checkpoint_interval_steps: u64,
+    /// Stop at the first evaluation that meets every criterion.
+    pub stop_when_accepted: bool,
+    /// Transitions in the replay buffer.
+    pub replay_capacity: usize,
+}
+
+impl Default for TrainingParameters {
+    fn default() -> Self {
+        Self {
+            environments: 1,
+            steps_per_update: 1,
+            learning_starts: 10_000,
+            symmetry: Symmetry::Reward,
+            learning_rate_end_share: 1.0,
+            learning_rate_fall_from: 0.5,
+            alpha_end_share: 1.0,
+            evaluation_interval_steps: 250_000,
+            checkpoint_interval_steps: 1_000_000,
+            stop_when_accepted: false,
+            replay_capacity: 1_000_000,
+        }
+    }
+}
+
+/// A whole experiment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Experiment {
+    /// The recipe that gives everything a file leaves out; `paper` if the file names none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base: Option<String>,
+    /// Name of the experiment; a run's folder is named after it.
+    pub name: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// The body.
+    pub body: BodyParameters,
+    /// The task.
+    pub task: TaskParameters,
+    /// The curriculum.
+    pub curriculum: Curriculum,
+    /// The learner.
+    pub learner: SacConfig,
+    /// The training loop.
+    pub training: TrainingParameters,
+}
+
+impl Default for Experiment {
+    fn default() -> Self {
+        Self {
+            base: None,
+            name: "unnamed".to_owned(),
+            seed: 1,
+            body: BodyParameters::default(),
+            task: TaskParameters::default(),
+            curriculum: Curriculum::default(),
+            learner: SacConfig::default(),
+            training: TrainingParameters::default(),
+        }
+    }
+}
+
+/// The recipes that come with the program, by name.
+pub const RECIPES: [(&str, &str); 3] = [
+    ("paper", include_str!("../../../experiments/paper.toml")),
+    ("journal", include_str!("../../../experiments/journal.toml")),
+    ("fast", include_str!("../../../experiments/fast.toml")),
+];
+
+/// A configuration that cannot be used: the file, what is wrong, what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The text is not valid TOML, or a key is unknown or of the wrong type.
+    #[error("{origin}: {message}")]
+    Parse {
+        /// The file or recipe.
+        origin: String,
+        /// What the parser says, with line or key.
+        message: String,
+    },
+    /// A body parameter is out of range.
+    #[error("{origin}: {source}")]
+    Body {
+        /// The file or recipe.
+        origin: String,
+        /// Which and why.
+        source: ParameterError,
+    },
+    /// A task or curriculum parameter is out of range.
+    #[error("{origin}: {source}")]
+    Task {
+        /// The file or recipe.
+        origin: String,
+        /// Which and why.
+        source: TaskError,
+    },
+    /// A learner or training parameter is out of range.
+    #[error("{origin}: {message}")]
+    Value {
+        /// The file or recipe.
+        origin: String,
+        /// Which and why.
+        message: String,
+    },
+    /// No such recipe.
+    #[error("there is no recipe `{name}`; the recipes are {known}, or give a TOML file")]
+    UnknownRecipe {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+}
+
+impl Experiment {
+    /// A recipe by name.
+    ///
+    /// # Errors
+    /// An unknown name.
+    pub fn recipe(name: &str) -> Result<Self, ConfigError> {
+        let Some((_, text)) = RECIPES.iter().find(|(known, _)| *known == name) else {
+            return Err(ConfigError::UnknownRecipe {
+                name: name.to_owned(),
+                known: RECIPES.map(|(n, _)| format!("`{n}`")).join(", "),
+            });
+        };
+        Self::parse(text, &format!("recipe `{name}`"))
+    }
+
+    /// Reads a file, or a recipe where the text names one and no such file exists.
+    ///
+    /// # Errors
+    /// As [`Experiment::parse`], or the file cannot be read.
+    pub fn load(file_or_recipe: &str) -> Result<Self, ConfigError> {
+        let path = Path::new(file_or_recipe);
+        if !path.exists() && !file_or_recipe.contains(['/', '.', '\\']) {
+            return Self::recipe(file_or_recipe);
+        }
+        let text = read(path)?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// Parses TOML. What the text does not give is taken from the recipe that its key `base` names,
+    /// from `paper` without one.
+    ///
+    /// # Errors
+    /// Text that is no TOML, unknown keys, wrong types, values out of range; `origin` names the source.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, ConfigError> {
+        let parse_error = |message: String| ConfigError::Parse {
+            origin: origin.to_owned(),
+            message: message.trim_end().to_owned(),
+        };
+        // Reading the text alone first reports unknown keys and wrong types with their line.
+        let own: Self = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;
+        let is_recipe = RECIPES.iter().any(|(_, recipe)| *recipe == text);
+        let experiment = match (is_recipe, own.base.as_deref().unwrap_or("paper")) {
+            (true, _) => own,
+            (false, base) => {
+                let base = Self::recipe(base)?;
+                let mut whole =
+                    toml::Table::try_from(base).map_err(|e| parse_error(e.to_string()))?;
+                let over = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;
+                overlay(&mut whole, over);
+                whole
+                    .try_into()
+                    .map_err(|e: toml::de::Error| parse_error(e.to_string()))?
+            }
+        };
+        experiment.validate(origin)?;
+        Ok(Self {
+            base: None,
+            ..experiment
+        })
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first value out of range.
+    pub fn validate(&self, origin: &str) -> Result<(), ConfigError> {
+        let origin = || origin.to_owned();
+        self.body.validate().map_err(|source| ConfigError::Body {
+            origin: origin(),
+            source,
+        })?;
+        self.task
+            .validate(&self.body)
+            .and_then(|()| self.curriculum.validate())
+            .map_err(|source| ConfigError::Task {
+                origin: origin(),
+                source,
+            })?;
+        self.learner.validate().map_err(|e| ConfigError::Value {
+            origin: origin(),
+            message: e.to_string(),
+        })?;
+        let l = &self.learner;
+        if l.mirror_loss_weight != 0.0 || l.mirrored_fraction != 0.0 {
+            return Err(ConfigError::Value {
+                origin: origin(),
+                message: "`learner.mirror_loss_weight` and `learner.mirrored_fraction` follow from `training.symmetry`; set that instead".to_owned(),
+            });
+        }
+        let t = &self.training;
+        let share = |v: f64| (0.0..=1.0).contains(&v);
+        let ranges = [
+            (
+                "environments",
+                t.environments as f64,
+                (1..=4096).contains(&t.environments),
+                "between 1 and 4096",
+            ),
+            (
+                "steps_per_update",
+                t.steps_per_update as f64,
+                t.steps_per_update > 0,
+                "1 or greater",
+            ),
+            (
+                "learning_rate_end_share",
+                t.learning_rate_end_share,
+                share(t.learning_rate_end_share),
+                "between 0 and 1",
+            ),
+            (
+                "learning_rate_fall_from",
+                t.learning_rate_fall_from,
+                share(t.learning_rate_fall_from),
+                "between 0 and 1",
+            ),
+            (
+                "alpha_end_share",
+                t.alpha_end_share,
+                share(t.alpha_end_share),
+                "between 0 and 1",
+            ),
+            (
+                "evaluation_interval_steps",
+                t.evaluation_interval_steps as f64,
+                t.evaluation_interval_steps > 0,
+                "1 or greater",
+            ),
+            (
+                "checkpoint_interval_steps",
+                t.checkpoint_interval_steps as f64,
+                t.checkpoint_interval_steps > 0,
+                "1 or greater",
+            ),
+            (
+                "replay_capacity",
+                t.replay_capacity as f64,
+                t.replay_capacity >= t.environments.max(1000),
+                "1000 or greater and at least the number of environments",
+            ),
+        ];
+        for (key, value, ok, accepted) in ranges {
+            if !ok {
+                return Err(ConfigError::Value {
+                    origin: origin(),
+                    message: format!("`training.{key}` is {value}, but it must be {accepted}"),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The resolved configuration as TOML, every value written out.
+    ///
+    /// # Errors
+    /// Never for a valid experiment; a value TOML cannot hold otherwise.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+}
+
+/// Reads a TOML file that overrides body parameters, e.g. `friction = 0.6`.
+///
+/// # Errors
+/// An unreadable file, unknown keys, wrong types, values out of range.
+pub fn load_body_overrides(
+    path: &Path,
+    base: &BodyParameters,
+) -> Result<BodyParameters, ConfigError> {
+    let text = read(path)?;
+    let origin = path.display().to_string();
+    let parse_error = |e: String| ConfigError::Parse {
+        origin: origin.clone(),
+        message: e.trim_end().to_owned(),
+    };
+    // A first reading as parameters reports unknown keys and wrong types with their line.
+    let _: BodyParameters = toml::from_str(&text).map_err(|e| parse_error(e.to_string()))?;
+    let table: toml::Table = toml::from_str(&text).map_err(|e| parse_error(e.to_string()))?;
+    let mut whole = toml::Table::try_from(base).map_err(|e| parse_error(e.to_string()))?;
+    overlay(&mut whole, table);
+    let body: BodyParameters = whole
+        .try_into()
+        .map_err(|e: toml::de::Error| parse_error(e.to_string()))?;
+    body.validate()
+        .map_err(|source| ConfigError::Body { origin, source })?;
+    Ok(body)
+}
+
+fn read(path: &Path) -> Result<String, ConfigError> {
+    std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// Puts the values of `over` into `base`, table by table; arrays are replaced whole.
+fn overlay(base: &mut toml::Table, over: toml::Table) {
+    for (key, value) in over {
+        match (base.get_mut(&key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(over)) => overlay(inner, over),
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! The controller file: one safetensors file with the policy's networks and, in its metadata, the
+//! body, the task and the provenance. It needs nothing else to run.
+
+use crate::rollout::Control;
+use gaitshift_body::BodyParameters;
+use gaitshift_sac::{MlpShape, NamedTensor, Policy};
+use gaitshift_task::{
+    ACTION_SIZE, OBSERVATION_NAMES, OBSERVATION_SCALE, OBSERVATION_SIZE, TaskParameters,
+};
+use safetensors::{Dtype, SafeTensorError, SafeTensors, tensor::TensorView};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// Version of the controller file's metadata.
+const FORMAT: &str = "gaitshift-controller 1";
+
+/// Where a controller comes from.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Name of the experiment.
+    pub experiment: String,
+    /// Command that made it.
+    pub command: String,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Environment steps of training behind it.
+    pub environment_steps: u64,
+    /// Updates of the learner behind it.
+    pub updates: u64,
+    /// Version of the program.
+    pub version: String,
+}
+
+/// A trained policy with the body and task it was trained for.
+#[derive(Debug, Clone)]
+pub struct Controller {
+    /// The policy: 14 scaled observations in, two commands in [-1, 1] out.
+    pub policy: Policy,
+    /// The body it was trained on.
+    pub body: BodyParameters,
+    /// The task it was trained for.
+    pub task: TaskParameters,
+    /// Where it comes from.
+    pub provenance: Provenance,
+}
+
+/// A controller file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot use the controller {}: {cause}; {remedy}", path.display())]
+pub struct ControllerError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub cause: String,
+    /// What to do.
+    pub remedy: &'static str,
+}
+
+const REMEDY: &str = "give a controller.safetensors that `gaitshift train` wrote, or leave --controller out for the shipped one";
+
+#[derive(Serialize, Deserialize)]
+struct Description {
+    format: String,
+    network: MlpShape,
+    observation_names: Vec<String>,
+    observation_scale: Vec<f32>,
+    body: BodyParameters,
+    task: TaskParameters,
+    provenance: Provenance,
+}
+
+impl Controller {
+    /// The file's bytes.
+    ///
+    /// # Errors
+    /// As a text, if the policy cannot be written.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, String> {
+        let description = Description {
+            format: FORMAT.to_owned(),
+            network: self.policy.shape().clone(),
+            observation_names: OBSERVATION_NAMES.map(str::to_owned).to_vec(),
+            observation_scale: OBSERVATION_SCALE.to_vec(),
+            body: self.body.clone(),
+            task: self.task.clone(),
+            provenance: self.provenance.clone(),
+        };
+        let json = serde_json::to_string(&description).map_err(|e| e.to_string())?;
+        let metadata = HashMap::from([("gaitshift".to_owned(), json)]);
+        let tensors = self.policy.tensors();
+        let bytes: Vec<Vec<u8>> = tensors
+            .iter()
+            .map(|t| t.values.iter().flat_map(|v| v.to_le_bytes()).collect())
+            .collect();
+        let views = tensors
+            .iter()
+            .zip(&bytes)
+            .map(|(t, bytes)| {
+                let view = TensorView::new(Dtype::F32, t.shape.clone(), bytes)?;
+                Ok((t.name.as_str(), view))
+            })
+            .collect::<Result<Vec<_>, SafeTensorError>>()
+            .map_err(|e| e.to_string())?;
+        safetensors::serialize(views, Some(metadata)).map_err(|e| e.to_string())
+    }
+
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// The file system's.
+    pub fn write(&self, path: &Path) -> Result<(), ControllerError> {
+        let error = |cause: String| ControllerError {
+            path: path.to_owned(),
+            cause,
+            remedy: "check that the folder exists and can be written",
+        };
+        let bytes = self.to_bytes().map_err(error)?;
+        std::fs::write(path, bytes).map_err(|e| error(e.to_string()))
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// A file that is missing, truncated, foreign, or of other sizes.
+    pub fn read(path: &Path) -> Result<Self, ControllerError> {
+        let bytes = std::fs::read(path).map_err(|e| ControllerError {
+            path: path.to_owned(),
+            cause: e.to_string(),
+            remedy: REMEDY,
+        })?;
+        Self::from_bytes(&bytes, path)
+    }
+
+    /// Reads the bytes of a file; `path` names it in errors.
+    ///
+    /// # Errors
+    /// As [`Controller::read`].
+    pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self, ControllerError> {
+        let error = |cause: String| ControllerError {
+            path: path.to_owned(),
+            cause,
+            remedy: REMEDY,
+        };
+        let damaged = |e: SafeTensorError| {
+            error(format!(
+                "it is no safetensors file, or it is truncated ({e})"
+            ))
+        };
+        let (_, header) = SafeTensors::read_metadata(bytes).map_err(damaged)?;
+        let json = header
+            .metadata()
+            .as_ref()
+            .and_then(|m| m.get("gaitshift"))
+            .ok_or_else(|| error("it is a safetensors file of another program".to_owned()))?;
+        let description: Description = serde_json::from_str(json)
+            .map_err(|e| error(format!("its metadata is damaged: {e}")))?;
+        if description.format != FORMAT {
+            return Err(error(format!(
+                "its format is `{}`, this program reads `{FORMAT}`",
+                description.format
+            )));
+        }
+        let file = SafeTensors::deserialize(bytes).map_err(damaged)?;
+        let mut tensors = Vec::new();
+        for (name, view) in file.iter() {
+            if view.dtype() != Dtype::F32 {
+                return Err(error(format!(
+                    "its tensor `{name}` is not of 32-bit floats"
+                )));
+            }
+            let values = view.data().chunks_exact(4);
+            tensors.push(NamedTensor {
+                name: name.to_owned(),
+                shape: view.shape().to_vec(),
+                values: values
+                    .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+                    .collect(),
+            });
+        }
+        let policy = Policy::from_tensors(description.network.clone(), &tensors)
+            .map_err(|e| error(e.to_string()))?;
+        let sizes = (policy.observation_size(), policy.action_size());
+        if sizes != (OBSERVATION_SIZE, ACTION_SIZE) {
+            return Err(error(format!(
+                "its policy has {} inputs and {} outputs instead of {OBSERVATION_SIZE} and {ACTION_SIZE}",
+                sizes.0, sizes.1
+            )));
+        }
+        if description.observation_scale != OBSERVATION_SCALE {
+            return Err(error(
+                "its observation scale is not this program's".to_owned(),
+            ));
+        }
+        description
+            .body
+            .validate()
+            .map_err(|e| error(e.to_string()))?;
+        description
+            .task
+            .validate(&description.body)
+            .map_err(|e| error(e.to_string()))?;
+        Ok(Self {
+            policy,
+            body: description.body,
+            task: description.task,
+            provenance: description.provenance,
+        })
+    }
+}
+
+/// Runs a policy without noise.
+#[derive(Debug)]
+pub struct Deterministic<'a>(pub &'a mut Policy);
+
+impl Control for Deterministic<'_> {
+    fn act(&mut self, observation: &[f32; OBSERVATION_SIZE], action: &mut [f32; ACTION_SIZE]) {
+        // The lengths are right by their types.
+        let _ = self.0.mean_action(observation, action);
+    }
+}

@@ -1,0 +1,103 @@
+//! The command `ω_v` over time: constant, a ramp, or any profile read from a CSV file.
+
+use std::path::Path;
+
+/// `ω_v` over time, piecewise linear, constant before the first and after the last point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CommandProfile {
+    points: Vec<(f64, f64)>,
+}
+
+/// A profile that cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "cannot read the command profile {path}: {cause}; expected a CSV file with the columns `time_s,omega_v`, times increasing"
+)]
+pub struct ProfileError {
+    /// The file.
+    pub path: String,
+    /// What is wrong, with the line where there is one.
+    pub cause: String,
+}
+
+impl CommandProfile {
+    /// The same command for all time.
+    pub fn constant(omega_v: f64) -> Self {
+        Self {
+            points: vec![(0.0, omega_v)],
+        }
+    }
+
+    /// A linear ramp that begins at `start_s` and takes `ramp_s`.
+    pub fn ramp(from: f64, to: f64, start_s: f64, ramp_s: f64) -> Self {
+        Self {
+            points: vec![(start_s, from), (start_s + ramp_s.max(0.0), to)],
+        }
+    }
+
+    /// The command at time `time_s`.
+    pub fn at(&self, time_s: f64) -> f64 {
+        let next = self.points.partition_point(|p| p.0 <= time_s);
+        if next == 0 {
+            return self.points[0].1;
+        }
+        let (t0, w0) = self.points[next - 1];
+        match self.points.get(next) {
+            Some(&(t1, w1)) => w0 + (w1 - w0) * (time_s - t0) / (t1 - t0),
+            None => w0,
+        }
+    }
+
+    /// Time of the last point, in s.
+    pub fn end_s(&self) -> f64 {
+        self.points.last().map_or(0.0, |p| p.0)
+    }
+
+    /// Reads a CSV file with the columns `time_s` and `omega_v`, in any order.
+    ///
+    /// # Errors
+    /// An unreadable file, a missing column, a line that is no pair of finite numbers, times that do
+    /// not increase, or no line at all.
+    pub fn read_csv(path: &Path) -> Result<Self, ProfileError> {
+        let error = |cause: String| ProfileError {
+            path: path.display().to_string(),
+            cause,
+        };
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .comment(Some(b'#'))
+            .from_path(path)
+            .map_err(|e| error(e.to_string()))?;
+        let header = reader.headers().map_err(|e| error(e.to_string()))?.clone();
+        let column = |name: &str| {
+            header
+                .iter()
+                .position(|h| h == name)
+                .ok_or_else(|| error(format!("the header has no column `{name}`")))
+        };
+        let (time, omega_v) = (column("time_s")?, column("omega_v")?);
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(|e| error(e.to_string()))?;
+            let line = record.position().map_or(0, csv::Position::line);
+            let number = |index: usize, name: &str| {
+                let text = record.get(index).unwrap_or("");
+                text.parse::<f64>()
+                    .ok()
+                    .filter(|v| v.is_finite())
+                    .ok_or_else(|| {
+                        error(format!("line {line}: `{text}` is no number for `{name}`"))
+                    })
+            };
+            let point = (number(time, "time_s")?, number(omega_v, "omega_v")?);
+            if points.last().is_some_and(|last| last.0 >= point.0) {
+                return Err(error(format!("line {line}: time_s does not increase")));
+            }
+            points.push(point);
+        }
+        if points.is_empty() {
+            return Err(error("it has no data lines".to_owned()));
+        }
+        Ok(Self { points })
+    }
+}

@@ -1,0 +1,659 @@
+//! The training loop: collect, learn, evaluate, checkpoint, and a folder that holds it all.
+//!
+//! A run's folder holds `config.toml` (every value resolved), `metrics.csv` and TensorBoard events,
+//! `episodes.csv`, `evaluations.jsonl`, `checkpoint/` (everything that is needed to go on to the same
+//! bits), `controller.safetensors` (the best evaluated so far) and `controller-last.safetensors`.
+
+use crate::acceptance::{Criteria, Judgement, judge};
+use crate::config::{Experiment, Symmetry};
+use crate::controller::{Controller, Deterministic, Provenance};
+use crate::run_folder::{RunFolder, TrainingError};
+use gaitshift_body::Body;
+use gaitshift_sac::{
+    Agent, Mirror, Policy, ReplayBuffer, SacConfig, Temperature, Transitions, UpdateStats,
+};
+use gaitshift_task::{
+    ACTION_MIRROR, ACTION_SIZE, BatchState, EndReason, EnvironmentBatch, FinishedEpisode,
+    OBSERVATION_MIRROR, OBSERVATION_SIZE, PhaseSettings, RewardTerms, scale_observation,
+};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use std::time::Instant;
+
+/// Environment steps between rows of `metrics.csv`.
+const METRICS_INTERVAL_STEPS: u64 = 20_000;
+
+/// What a person wants to know while training runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Progress {
+    /// Environment steps so far.
+    pub step: u64,
+    /// Environment steps in all.
+    pub total_steps: u64,
+    /// Updates of the learner so far.
+    pub updates: u64,
+    /// Wall-clock so far, resumed runs counted together, in s.
+    pub elapsed_s: f64,
+    /// Name of the phase of the curriculum.
+    pub phase: String,
+    /// Mean reward (2) per episode over the last episodes.
+    pub mean_return: f64,
+    /// Share of the last episodes that ended in a fall.
+    pub fall_share: f64,
+    /// Short verdict of the last evaluation, e.g. `walks at 0, runs at 3, 31/39 criteria`.
+    pub verdict: String,
+}
+
+/// Is told how training goes, and may stop it.
+pub trait Observer {
+    /// Called every few thousand steps.
+    fn progress(&mut self, progress: &Progress);
+    /// Called after each evaluation; `best` if it is the best so far.
+    fn evaluated(&mut self, progress: &Progress, judgement: &Judgement, best: bool);
+    /// Asked after every step of the batch; `true` checkpoints and stops.
+    fn stop_requested(&self) -> bool;
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunReport {
+    /// Whether all steps were taken, or the criteria met where that ends the run.
+    pub finished: bool,
+    /// Environment steps.
+    pub step: u64,
+    /// Updates.
+    pub updates: u64,
+    /// Wall-clock, in s.
+    pub elapsed_s: f64,
+    /// Step of the first evaluation that met every criterion, if any did.
+    pub accepted_at_step: Option<u64>,
+    /// Wall-clock of it, in s.
+    pub accepted_after_s: Option<f64>,
+    /// Step of the best evaluation.
+    pub best_step: u64,
+    /// Number of criteria the best evaluation met.
+    pub best_met: usize,
+    /// Number of criteria.
+    pub criteria: usize,
+    /// Diverged simulations met and not learned from.
+    pub diverged: u64,
+}
+
+/// Counters that a checkpoint keeps besides agent, replay and environments.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+struct Counters {
+    step: u64,
+    updates: u64,
+    update_credit: u64,
+    elapsed_s: f64,
+    next_evaluation: u64,
+    next_checkpoint: u64,
+    next_metrics: u64,
+    best_score: f64,
+    best_step: u64,
+    best_met: usize,
+    criteria: usize,
+    accepted_at_step: Option<u64>,
+    accepted_after_s: Option<f64>,
+    diverged: u64,
+    verdict: String,
+    recent: Recent,
+}
+
+/// Sums since the last row of metrics, and the latest episodes.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+struct Recent {
+    steps: u64,
+    terms: [f64; 6],
+    updates: u64,
+    critic_loss: f64,
+    actor_loss: f64,
+    mean_q: f64,
+    entropy: f64,
+    /// Return and whether it fell, of up to 100 episodes.
+    episodes: std::collections::VecDeque<(f64, bool)>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct CheckpointState {
+    counters: Counters,
+    batch: BatchState,
+}
+
+/// A training run.
+#[derive(Debug)]
+pub struct Training {
+    experiment: Experiment,
+    folder: RunFolder,
+    command: String,
+    body: Body,
+    criteria: Criteria,
+    agent: Agent,
+    replay: ReplayBuffer,
+    batch: EnvironmentBatch,
+    counters: Counters,
+    buffers: Buffers,
+}
+
+/// One step of all environments, stream after stream.
+#[derive(Debug, Default)]
+struct Buffers {
+    observations: Vec<f32>,
+    next_observations: Vec<f32>,
+    mirrored: Vec<f32>,
+    actions: Vec<f32>,
+    means: Vec<f32>,
+    mirrored_means: Vec<f32>,
+    log_probs: Vec<f32>,
+    rewards: Vec<f32>,
+    entropy_scales: Vec<f32>,
+    symmetry: Vec<f64>,
+    terminated: Vec<bool>,
+    truncated: Vec<bool>,
+    valid: Vec<bool>,
+}
+
+impl Buffers {
+    fn new(count: usize) -> Self {
+        let observations = vec![0.0; count * OBSERVATION_SIZE];
+        let actions = vec![0.0; count * ACTION_SIZE];
+        Self {
+            next_observations: observations.clone(),
+            mirrored: observations.clone(),
+            observations,
+            means: actions.clone(),
+            mirrored_means: actions.clone(),
+            actions,
+            log_probs: vec![0.0; count],
+            rewards: vec![0.0; count],
+            entropy_scales: vec![0.0; count],
+            symmetry: vec![0.0; count],
+            terminated: vec![false; count],
+            truncated: vec![false; count],
+            valid: vec![true; count],
+        }
+    }
+}
+
+/// The mirror of this task, as the learner takes it.
+pub fn task_mirror() -> Mirror {
+    Mirror {
+        observation: OBSERVATION_MIRROR.iter().map(|&i| (i, 1.0)).collect(),
+        action: ACTION_MIRROR.iter().map(|&i| (i, 1.0)).collect(),
+    }
+}
+
+fn learner_config(experiment: &Experiment) -> SacConfig {
+    let mut config = experiment.learner.clone();
+    match experiment.training.symmetry {
+        Symmetry::None | Symmetry::Reward => {}
+        Symmetry::Loss => config.mirror_loss_weight = experiment.task.reward.omega_s,
+        Symmetry::Replay => config.mirrored_fraction = 0.5,
+    }
+    config
+}
+
+impl Training {
+    /// Prepares a run in a new folder. `command` is kept as the provenance of its controllers.
+    ///
+    /// # Errors
+    /// A configuration out of range, or a folder that exists or cannot be written.
+    pub fn new(
+        experiment: Experiment,
+        folder: &Path,
+        command: &str,
+    ) -> Result<Self, TrainingError> {
+        let training = Self::prepare(experiment, RunFolder::at(folder), command)?;
+        let text = training
+            .experiment
+            .to_toml()
+            .map_err(|e| TrainingError::other(folder, e.to_string()))?;
+        training.folder.create(&text)?;
+        Ok(training)
+    }
+
+    /// Goes on with a run from the last checkpoint in its folder.
+    ///
+    /// # Errors
+    /// No run or no checkpoint there, or one that is damaged or of another configuration.
+    pub fn resume(folder: &Path, command: &str) -> Result<Self, TrainingError> {
+        let folder = RunFolder::at(folder);
+        let experiment = folder.read_config()?;
+        let mut training = Self::prepare(experiment, folder, command)?;
+        let folder = &training.folder;
+        let agent = Agent::load(&folder.checkpoint("agent.safetensors"))?;
+        let replay = ReplayBuffer::load(&folder.checkpoint("replay.safetensors"))?;
+        let sizes = |r: &ReplayBuffer| {
+            (
+                r.capacity(),
+                r.streams(),
+                r.observation_size(),
+                r.action_size(),
+            )
+        };
+        if agent.config() != training.agent.config() || sizes(&replay) != sizes(&training.replay) {
+            return Err(TrainingError::other(
+                folder.path(),
+                "its checkpoint is of another configuration than its config.toml".to_owned(),
+            ));
+        }
+        training.agent = agent;
+        training.replay = replay;
+        let path = folder.checkpoint("state.json");
+        let state: CheckpointState = folder.read_json(&path)?;
+        if !training.batch.restore(state.batch) {
+            return Err(TrainingError::other(
+                &path,
+                "it is of another number of environments".to_owned(),
+            ));
+        }
+        training.counters = state.counters;
+        training.folder.cut_logs(training.counters.step)?;
+        Ok(training)
+    }
+
+    fn prepare(
+        experiment: Experiment,
+        folder: RunFolder,
+        command: &str,
+    ) -> Result<Self, TrainingError> {
+        experiment.validate(&folder.path().display().to_string())?;
+        let e = &experiment;
+        let body = Body::new(e.body.clone())
+            .map_err(|e| TrainingError::other(folder.path(), e.to_string()))?;
+        let agent = Agent::new(
+            learner_config(e),
+            OBSERVATION_SIZE,
+            ACTION_SIZE,
+            Some(task_mirror()),
+            e.seed,
+        )?;
+        let count = e.training.environments;
+        let replay = ReplayBuffer::new(
+            e.training.replay_capacity,
+            count,
+            OBSERVATION_SIZE,
+            ACTION_SIZE,
+        )?;
+        let settings = e.curriculum.at(0, &e.task.reward);
+        // The environments' stream of random numbers must not repeat the learner's.
+        let seed = e.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x6761_6974;
+        let draw = &e.curriculum.command;
+        let batch =
+            EnvironmentBatch::new(body.clone(), e.task.clone(), count, seed, &settings, draw);
+        Ok(Self {
+            counters: Counters {
+                next_evaluation: e.training.evaluation_interval_steps,
+                next_checkpoint: e.training.checkpoint_interval_steps,
+                next_metrics: METRICS_INTERVAL_STEPS,
+                best_score: -1.0,
+                verdict: "not evaluated yet".to_owned(),
+                ..Counters::default()
+            },
+            buffers: Buffers::new(count),
+            criteria: Criteria::default(),
+            body,
+            agent,
+            replay,
+            batch,
+            folder,
+            command: command.to_owned(),
+            experiment,
+        })
+    }
+
+    /// The configuration.
+    pub fn experiment(&self) -> &Experiment {
+        &self.experiment
+    }
+
+    /// Takes the remaining steps.
+    ///
+    /// # Errors
+    /// The folder cannot be written, or the learner's numbers stopped being finite.
+    pub fn run(&mut self, observer: &mut dyn Observer) -> Result<RunReport, TrainingError> {
+        let clock = Instant::now();
+        let before_s = self.counters.elapsed_s;
+        let mut logs = self.folder.open_logs()?;
+        let total = self.experiment.curriculum.total_steps();
+        let mut finished = false;
+        let mut next_report = self.counters.step;
+        loop {
+            let accepted = self.counters.accepted_at_step.is_some();
+            if self.counters.step >= total
+                || (accepted && self.experiment.training.stop_when_accepted)
+            {
+                finished = true;
+                break;
+            }
+            if observer.stop_requested() {
+                break;
+            }
+            let step = self.counters.step;
+            let e = &self.experiment;
+            let settings = e.curriculum.at(step, &e.task.reward);
+            self.apply_schedules(step as f64 / total as f64)?;
+            self.collect(&settings, &mut logs.episodes)?;
+            self.learn()?;
+            self.counters.elapsed_s = before_s + clock.elapsed().as_secs_f64();
+            if self.counters.step >= self.counters.next_metrics {
+                self.counters.next_metrics += METRICS_INTERVAL_STEPS;
+                let row = self.metrics_row(&settings);
+                logs.metrics(&row)?;
+            }
+            if self.counters.step >= self.counters.next_evaluation {
+                self.counters.next_evaluation += self.experiment.training.evaluation_interval_steps;
+                self.evaluate(observer, &mut logs)?;
+                self.counters.elapsed_s = before_s + clock.elapsed().as_secs_f64();
+            }
+            if self.counters.step >= self.counters.next_checkpoint {
+                self.counters.next_checkpoint += self.experiment.training.checkpoint_interval_steps;
+                logs.flush()?;
+                self.checkpoint()?;
+            }
+            if self.counters.step >= next_report {
+                next_report = self.counters.step + 2_000;
+                observer.progress(&self.progress());
+            }
+        }
+        logs.flush()?;
+        self.checkpoint()?;
+        observer.progress(&self.progress());
+        let c = &self.counters;
+        let report = RunReport {
+            finished,
+            step: c.step,
+            updates: c.updates,
+            elapsed_s: c.elapsed_s,
+            accepted_at_step: c.accepted_at_step,
+            accepted_after_s: c.accepted_after_s,
+            best_step: c.best_step,
+            best_met: c.best_met,
+            criteria: c.criteria,
+            diverged: c.diverged,
+        };
+        self.folder.write_json("report.json", &report)?;
+        Ok(report)
+    }
+
+    fn apply_schedules(&mut self, progress: f64) -> Result<(), TrainingError> {
+        let t = &self.experiment.training;
+        let span = (1.0 - t.learning_rate_fall_from).max(1e-9);
+        let fallen = ((progress - t.learning_rate_fall_from) / span).clamp(0.0, 1.0);
+        let share = |end: f64| 1.0 - fallen * (1.0 - end);
+        let rate = self.experiment.learner.learning_rate * share(t.learning_rate_end_share);
+        self.agent.set_learning_rate(rate)?;
+        if let Temperature::Fixed { alpha } = self.experiment.learner.temperature {
+            self.agent.set_alpha(alpha * share(t.alpha_end_share))?;
+        }
+        Ok(())
+    }
+
+    /// One control period of every environment, stored in the replay buffer.
+    fn collect(
+        &mut self,
+        settings: &PhaseSettings,
+        episodes: &mut EpisodeLog,
+    ) -> Result<(), TrainingError> {
+        let b = &mut self.buffers;
+        let count = self.batch.len();
+        let row = |i: usize, size: usize| i * size..(i + 1) * size;
+        for (i, environment) in self.batch.environments().iter().enumerate() {
+            let out = &mut b.observations[row(i, OBSERVATION_SIZE)];
+            scale_observation(&environment.observation(), out);
+        }
+        self.agent
+            .act(&b.observations, &mut b.actions, &mut b.log_probs)?;
+        let reward = &settings.reward;
+        let asks_symmetry =
+            self.experiment.training.symmetry == Symmetry::Reward && reward.omega_s > 0.0;
+        if asks_symmetry {
+            for i in 0..count {
+                let from = &b.observations[row(i, OBSERVATION_SIZE)];
+                let to = &mut b.mirrored[row(i, OBSERVATION_SIZE)];
+                for (to, source) in to.iter_mut().zip(OBSERVATION_MIRROR) {
+                    *to = from[source];
+                }
+            }
+            self.agent
+                .act_deterministic(&b.observations, &mut b.means)?;
+            self.agent
+                .act_deterministic(&b.mirrored, &mut b.mirrored_means)?;
+            for i in 0..count {
+                let mirrored = &b.mirrored_means[row(i, ACTION_SIZE)];
+                let back = ACTION_MIRROR.map(|k| mirrored[k]);
+                b.symmetry[i] = reward.symmetry_term(&b.means[row(i, ACTION_SIZE)], &back);
+            }
+        } else {
+            b.symmetry.fill(0.0);
+        }
+        let draw = &self.experiment.curriculum.command;
+        for i in 0..count {
+            let action = &b.actions[row(i, ACTION_SIZE)];
+            let command = [f64::from(action[0]), f64::from(action[1])];
+            let (outcome, finished) = self.batch.step(i, command, b.symmetry[i], settings, draw);
+            let diverged = outcome.ended == Some(EndReason::Diverged);
+            b.valid[i] = !diverged;
+            b.rewards[i] = (outcome.terms.sum() * outcome.factor) as f32;
+            b.entropy_scales[i] = outcome.factor as f32;
+            b.terminated[i] = outcome.ended.is_some_and(EndReason::is_termination);
+            b.truncated[i] = outcome.ended == Some(EndReason::TimeLimit);
+            scale_observation(
+                &self.batch.environments()[i].observation(),
+                &mut b.next_observations[row(i, OBSERVATION_SIZE)],
+            );
+            let recent = &mut self.counters.recent;
+            for (sum, term) in recent.terms.iter_mut().zip(outcome.terms.values()) {
+                *sum += term;
+            }
+            if let Some(finished) = finished {
+                self.counters.diverged += u64::from(diverged);
+                recent
+                    .episodes
+                    .push_back((finished.total_reward, finished.ended.is_termination()));
+                if recent.episodes.len() > 100 {
+                    recent.episodes.pop_front();
+                }
+                episodes.write(self.counters.step, &finished)?;
+                self.batch.reset(i, settings, draw);
+            }
+        }
+        self.replay.push(Transitions {
+            observations: &b.observations,
+            actions: &b.actions,
+            log_probs: &b.log_probs,
+            rewards: &b.rewards,
+            entropy_scales: &b.entropy_scales,
+            next_observations: &b.next_observations,
+            terminated: &b.terminated,
+            truncated: &b.truncated,
+            valid: &b.valid,
+        })?;
+        self.counters.step += count as u64;
+        self.counters.recent.steps += count as u64;
+        Ok(())
+    }
+
+    fn learn(&mut self) -> Result<(), TrainingError> {
+        let t = &self.experiment.training;
+        if self.counters.step < t.learning_starts {
+            return Ok(());
+        }
+        self.counters.update_credit += self.batch.len() as u64;
+        while self.counters.update_credit >= t.steps_per_update {
+            self.counters.update_credit -= t.steps_per_update;
+            let stats: UpdateStats = self.agent.update(&self.replay)?;
+            self.counters.updates += 1;
+            let recent = &mut self.counters.recent;
+            recent.updates += 1;
+            recent.critic_loss += 0.5 * (stats.critic_loss[0] + stats.critic_loss[1]);
+            recent.actor_loss += stats.actor_loss;
+            recent.mean_q += stats.mean_q;
+            recent.entropy += stats.entropy;
+        }
+        Ok(())
+    }
+
+    fn metrics_row(&mut self, settings: &PhaseSettings) -> Vec<(String, f64)> {
+        let progress = self.progress();
+        let c = &mut self.counters;
+        let recent = &mut c.recent;
+        let steps = recent.steps.max(1) as f64;
+        let updates = recent.updates.max(1) as f64;
+        let mut row = vec![
+            ("train/step".to_owned(), c.step as f64),
+            ("train/updates".to_owned(), c.updates as f64),
+            ("train/elapsed_s".to_owned(), c.elapsed_s),
+            ("train/phase".to_owned(), settings.index as f64),
+            ("train/omega_v_low".to_owned(), settings.omega_v[0]),
+            ("train/omega_v_high".to_owned(), settings.omega_v[1]),
+            ("episode/mean_return".to_owned(), progress.mean_return),
+            ("episode/fall_share".to_owned(), progress.fall_share),
+            (
+                "learner/critic_loss".to_owned(),
+                recent.critic_loss / updates,
+            ),
+            ("learner/actor_loss".to_owned(), recent.actor_loss / updates),
+            ("learner/mean_q".to_owned(), recent.mean_q / updates),
+            ("learner/entropy".to_owned(), recent.entropy / updates),
+            ("learner/alpha".to_owned(), self.agent.alpha()),
+            ("learner/diverged".to_owned(), c.diverged as f64),
+        ];
+        for (name, sum) in RewardTerms::NAMES.iter().zip(recent.terms) {
+            row.push((format!("reward/{name}"), sum / steps));
+        }
+        *recent = Recent {
+            episodes: std::mem::take(&mut recent.episodes),
+            ..Recent::default()
+        };
+        row
+    }
+
+    fn progress(&self) -> Progress {
+        let c = &self.counters;
+        let e = &self.experiment;
+        let episodes = &c.recent.episodes;
+        let count = episodes.len().max(1) as f64;
+        let index = e.curriculum.at(c.step, &e.task.reward).index;
+        Progress {
+            step: c.step,
+            total_steps: e.curriculum.total_steps(),
+            updates: c.updates,
+            elapsed_s: c.elapsed_s,
+            phase: e.curriculum.phases[index].name.clone(),
+            mean_return: episodes.iter().map(|e| e.0).sum::<f64>() / count,
+            fall_share: episodes.iter().filter(|e| e.1).count() as f64 / count,
+            verdict: c.verdict.clone(),
+        }
+    }
+
+    /// The policy that is judged and shipped: the averaged one where there is one.
+    fn policy(&self) -> Policy {
+        self.agent
+            .averaged_policy()
+            .unwrap_or_else(|| self.agent.policy())
+    }
+
+    fn controller(&self) -> Controller {
+        Controller {
+            policy: self.policy(),
+            body: self.experiment.body.clone(),
+            task: self.experiment.task.clone(),
+            provenance: Provenance {
+                experiment: self.experiment.name.clone(),
+                command: self.command.clone(),
+                seed: self.experiment.seed,
+                environment_steps: self.counters.step,
+                updates: self.counters.updates,
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+            },
+        }
+    }
+
+    fn evaluate(
+        &mut self,
+        observer: &mut dyn Observer,
+        logs: &mut Logs,
+    ) -> Result<(), TrainingError> {
+        let mut controller = self.controller();
+        let judgement = judge(
+            &self.body,
+            &self.experiment.task,
+            &self.criteria,
+            &mut Deterministic(&mut controller.policy),
+        )
+        .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
+        let best = judgement.score() > self.counters.best_score;
+        let c = &mut self.counters;
+        c.verdict = verdict(&judgement);
+        c.criteria = judgement.checks.len();
+        if best {
+            c.best_score = judgement.score();
+            c.best_step = c.step;
+            c.best_met = judgement.met();
+            controller.write(&self.folder.file("controller.safetensors"))?;
+        }
+        if judgement.accepted() && c.accepted_at_step.is_none() {
+            c.accepted_at_step = Some(c.step);
+            c.accepted_after_s = Some(c.elapsed_s);
+            controller.write(&self.folder.file("controller-accepted.safetensors"))?;
+        }
+        logs.evaluation(c.step, c.elapsed_s, &judgement)?;
+        observer.evaluated(&self.progress(), &judgement, best);
+        Ok(())
+    }
+
+    fn checkpoint(&mut self) -> Result<(), TrainingError> {
+        let folder = &self.folder;
+        folder.begin_checkpoint()?;
+        self.agent.save(&folder.pending("agent.safetensors"))?;
+        self.replay.save(&folder.pending("replay.safetensors"))?;
+        let state = CheckpointState {
+            counters: self.counters.clone(),
+            batch: self.batch.state(),
+        };
+        folder.write_json_at(&folder.pending("state.json"), &state)?;
+        folder.commit_checkpoint()?;
+        self.controller()
+            .write(&folder.file("controller-last.safetensors"))?;
+        Ok(())
+    }
+}
+
+/// One line about an evaluation.
+fn verdict(j: &Judgement) -> String {
+    let rows: Vec<String> = j
+        .rows
+        .iter()
+        .map(|r| {
+            let s = &r.summary;
+            if s.fell {
+                format!("{}:fell {:.1}s", r.omega_v, s.survived_s)
+            } else {
+                format!("{}:{} Fr {:.2}", r.omega_v, s.gait, s.froude.unwrap_or(0.0))
+            }
+        })
+        .collect();
+    format!(
+        "{}/{} criteria [{}]",
+        j.met(),
+        j.checks.len(),
+        rows.join(", ")
+    )
+}
+
+use crate::run_folder::{EpisodeLog, Logs};
+
+impl EpisodeLog {
+    /// Writes one finished episode.
+    fn write(&mut self, step: u64, e: &FinishedEpisode) -> Result<(), TrainingError> {
+        self.row(&[
+            step.to_string(),
+            e.omega_v.to_string(),
+            e.total_reward.to_string(),
+            e.periods.to_string(),
+            e.ended.name().to_owned(),
+            e.distance_m.to_string(),
+        ])
+    }
+}

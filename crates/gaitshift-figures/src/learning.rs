@@ -1,0 +1,133 @@
+//! How a training run went: the return of every episode against the steps taken.
+
+use std::collections::BTreeMap;
+
+use crate::canvas::{Canvas, Ink, Paint, Rect};
+use crate::chart::{Axis, Panel};
+use crate::style::TEXT;
+use crate::{Figure, FigureError};
+
+/// Colours of the command from low to high: dark blue over green to yellow, in rising lightness, after
+/// the map viridis of S. van der Walt and N. Smith, which any colour vision and grey print can read.
+const MAP: [u32; 6] = [0x440154, 0x414487, 0x2a788e, 0x22a884, 0x7ad151, 0xe3d51c];
+/// Shades told apart; more could not be seen.
+const SHADES: usize = 32;
+
+/// The return of each episode against the steps at its end, coloured by the command `ω_v` it was given,
+/// in the manner of the paper's Fig. 4.
+///
+/// The three slices are parallel, in the order of time; where episodes cover each other the later is on
+/// top.
+///
+/// # Errors
+/// [`FigureError::Empty`] without episodes, [`FigureError::Length`] if the slices differ in length,
+/// [`FigureError::NotFinite`] for a value that cannot be drawn.
+pub fn episode_returns_figure(
+    steps: &[f64],
+    returns: &[f64],
+    omega_v: &[f64],
+) -> Result<Figure, FigureError> {
+    if steps.is_empty() {
+        return Err(FigureError::Empty {
+            what: "the training log",
+            needed: "one whole episode",
+        });
+    }
+    for (name, values) in [("steps", steps), ("returns", returns), ("omega_v", omega_v)] {
+        if values.len() != steps.len() {
+            let (found, expected) = (values.len(), steps.len());
+            return Err(FigureError::Length {
+                name,
+                found,
+                expected,
+            });
+        }
+        if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+            let value = values[index];
+            return Err(FigureError::NotFinite {
+                name: name.to_owned(),
+                index,
+                value,
+            });
+        }
+    }
+
+    let millions: Vec<f64> = steps.iter().map(|step| step * 1e-6).collect();
+    let last = millions.iter().copied().fold(0.0, f64::max);
+    let panel = Panel {
+        area: Rect::new(66.0, 16.0, 360.0, 230.0),
+        x: Axis::exact(0.0, 1.02 * last, 6),
+        y: Axis::around(returns.iter().copied().chain([0.0]), 6),
+    };
+    let low = omega_v.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = omega_v.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let command = Axis::exact(low, high, 5);
+    let mut canvas = Canvas::new(520.0, 298.0);
+    panel.grid(&mut canvas);
+    draw_episodes(&mut canvas, &panel, &command, &millions, returns, omega_v);
+    panel.frame(&mut canvas, true);
+    panel.x_title(&mut canvas, "steps (millions)");
+    panel.y_title(&mut canvas, "return of the episode", 52.0);
+    draw_colour_bar(&mut canvas, &panel, &command);
+    Ok(Figure {
+        svg: canvas.finish(),
+    })
+}
+
+/// A dot for each episode, but only one, the latest, on each spot: a long run has so many that a
+/// picture of all would be as large as its log.
+fn draw_episodes(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    command: &Axis,
+    millions: &[f64],
+    returns: &[f64],
+    omega_v: &[f64],
+) {
+    let mut spots: BTreeMap<(i64, i64), usize> = BTreeMap::new();
+    for i in 0..millions.len() {
+        let (x, y) = panel.place(millions[i], returns[i]);
+        spots.insert(((x * 1.25) as i64, (y * 1.25) as i64), i);
+    }
+    let mut latest: Vec<usize> = spots.into_values().collect();
+    latest.sort_unstable();
+    for i in latest {
+        let shade = (command.share(omega_v[i]) * (SHADES - 1) as f64).round();
+        let ink = colour(shade / (SHADES - 1) as f64).opacity(0.8);
+        canvas.circle(panel.place(millions[i], returns[i]), 1.3, Paint::fill(ink));
+    }
+}
+
+fn draw_colour_bar(canvas: &mut Canvas, panel: &Panel, command: &Axis) {
+    let area = Rect::new(
+        panel.area.right() + 16.0,
+        panel.area.top,
+        13.0,
+        panel.area.height,
+    );
+    let height = area.height / SHADES as f64;
+    for i in 0..SHADES {
+        let top = area.bottom() - (i + 1) as f64 * height;
+        // A little taller than its place, or the sheet would shine through the seams.
+        let shade = Rect::new(
+            area.left,
+            top,
+            area.width,
+            height + if i > 0 { 0.5 } else { 0.0 },
+        );
+        canvas.rect(shade, Paint::fill(colour(i as f64 / (SHADES - 1) as f64)));
+    }
+    let bar = Panel {
+        area,
+        x: Axis::exact(0.0, 1.0, 1),
+        y: command.clone(),
+    };
+    canvas.rect(area, Paint::stroke(TEXT, 0.8));
+    bar.right_axis(canvas, command, "command ω\u{1d65}", TEXT);
+}
+
+fn colour(share: f64) -> Ink {
+    let place = share.clamp(0.0, 1.0) * (MAP.len() - 1) as f64;
+    let lower = (place as usize).min(MAP.len() - 2);
+    Ink::hex(MAP[lower]).mix(Ink::hex(MAP[lower + 1]), place - lower as f64)
+}

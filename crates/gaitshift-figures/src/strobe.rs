@@ -1,0 +1,158 @@
+//! A stride at a glance: poses at equal times side by side.
+
+use gaitshift_analysis::recording::{Recording, Side, column};
+
+use crate::biped::{self, View};
+use crate::canvas::{Anchor, Canvas, Ink, Paint, Rect, TextStyle};
+use crate::chart::{Axis, Panel};
+use crate::motion::{Motion, body_of};
+use crate::style::{LABEL, QUIET, SMALL, TEXT, WHITE, side_ink};
+use crate::support;
+use crate::{Figure, FigureError};
+
+/// Least distance between neighbouring poses, in leg lengths: closer, they hide each other.
+const LEAST_SPACING: f64 = 0.62;
+/// User units for a leg length.
+const LEG: f64 = 105.0;
+
+/// A strobe picture of the time from `from_s` to `to_s`: `poses` (2 to 60) poses at equal times, the
+/// path of the hip, and below when each foot was on the ground.
+///
+/// Bodies and heights are to scale. The horizontal axis is time: poses stand as far apart as the body
+/// travels at its mean speed, or further where they would hide each other; the picture says by how much.
+///
+/// # Errors
+/// [`FigureError::Empty`] or [`FigureError::TimeRange`] if fewer than two rows lie in the range,
+/// [`FigureError::Option`] for a number of poses out of range, [`FigureError::Body`] if the recording
+/// does not say what the body looks like.
+pub fn strobe(
+    recording: &Recording,
+    from_s: f64,
+    to_s: f64,
+    poses: usize,
+) -> Result<Figure, FigureError> {
+    if !(2..=60).contains(&poses) {
+        return Err(FigureError::Option {
+            name: "poses",
+            value: poses as f64,
+            allowed: "2 to 60",
+        });
+    }
+    let motion = Motion::between(recording, from_s, to_s)?;
+    let body = body_of(recording)?;
+    let (first_s, last_s) = (motion.first_s(), motion.last_s());
+    let duration_s = motion.duration_s();
+    if duration_s <= 0.0 {
+        return Err(FigureError::TimeRange {
+            from_s,
+            to_s,
+            first_s,
+            last_s,
+        });
+    }
+
+    let scale = LEG / body.leg_length_m;
+    let interval_s = duration_s / (poses - 1) as f64;
+    let x = motion.values(column::X_M);
+    let way = x[x.len() - 1] - x[0];
+    let travelled = way / (poses - 1) as f64 * scale;
+    let spacing = travelled.clamp(LEAST_SPACING * LEG, 4.0 * LEG);
+
+    let margin = 0.75 * LEG;
+    let width = spacing * (poses - 1) as f64 + 2.0 * margin;
+    let ground = 1.42 * LEG + 12.0;
+    let bars = Rect::new(margin, ground + 18.0, width - 2.0 * margin, 22.0);
+    let mut canvas = Canvas::new(width, bars.bottom() + 42.0);
+
+    let floor = Rect::new(0.0, ground, width, 7.0);
+    canvas.rect(floor, Paint::fill(Ink::hex(0xece7df)));
+    canvas.line(
+        (0.0, ground),
+        (width, ground),
+        Paint::stroke(Ink::hex(0x7d7468), 1.2),
+    );
+
+    let left_of = |time_s: f64| margin + (time_s - first_s) / duration_s * (width - 2.0 * margin);
+    let view = View {
+        x_m: 0.0,
+        left: 0.0,
+        ground,
+        scale,
+    };
+    for i in 0..poses {
+        let time_s = first_s + i as f64 * interval_s;
+        let pose = motion.pose(time_s);
+        biped::draw(
+            &mut canvas,
+            &view.moved(pose.x, left_of(time_s)),
+            &body,
+            &pose,
+        );
+    }
+    let times = motion.times();
+    let hips: Vec<_> = times
+        .iter()
+        .zip(motion.values(column::Z_M))
+        .map(|(&time, &z)| (left_of(time), ground - z * scale))
+        .collect();
+    canvas.polyline(hips.iter().copied(), Paint::stroke(WHITE.opacity(0.8), 3.4));
+    canvas.polyline(hips, Paint::stroke(TEXT, 1.4));
+
+    let support = support::find(recording);
+    let all_times = recording.column(column::TIME_S);
+    support::contact_bars(&mut canvas, bars, (first_s, last_s), &support, all_times);
+    for (side, name, y) in [(Side::Right, "right", 8.5), (Side::Left, "left", 21.5)] {
+        let style = TextStyle::new(SMALL, side_ink(side)).anchor(Anchor::End);
+        canvas.text((bars.left - 6.0, bars.top + y), name, style);
+    }
+    let axis = Panel {
+        area: bars,
+        x: Axis::exact(first_s, last_s, 8),
+        y: Axis::exact(0.0, 1.0, 1),
+    };
+    for (time_s, label) in axis.x.ticks() {
+        let x = axis.horizontal(time_s);
+        canvas.line(
+            (x, bars.bottom() + 2.0),
+            (x, bars.bottom() + 6.0),
+            Paint::stroke(TEXT, 0.8),
+        );
+        canvas.text(
+            (x, bars.bottom() + 17.0),
+            &label,
+            LABEL.anchor(Anchor::Middle),
+        );
+    }
+    axis.x_title(&mut canvas, "time (s)");
+    let note = if travelled > 0.01 * LEG {
+        let stretch = spacing / travelled;
+        if (stretch - 1.0).abs() < 0.005 {
+            "distances to scale".to_owned()
+        } else {
+            format!("poses {stretch:.1} times as far apart as travelled")
+        }
+    } else {
+        "poses drawn side by side".to_owned()
+    };
+    let note = format!("a pose every {interval_s:.2} s, {note}");
+    canvas.text((8.0, 15.0), &note, TextStyle::new(10.0, QUIET));
+    Ok(Figure {
+        svg: canvas.finish(),
+    })
+}
+
+/// The stride around `time_s`: from a touchdown of the right foot to its next one, in s. `None` if no
+/// whole stride is recorded there.
+pub fn stride_at(recording: &Recording, time_s: f64) -> Option<(f64, f64)> {
+    let support = support::find(recording);
+    let touchdowns: Vec<f64> = support
+        .touchdowns(recording.whole()?)
+        .filter(|touchdown| touchdown.side == Side::Right)
+        .map(|touchdown| touchdown.time_s)
+        .collect();
+    let next = touchdowns.partition_point(|&touchdown| touchdown <= time_s);
+    Some((
+        *touchdowns.get(next.checked_sub(1)?)?,
+        *touchdowns.get(next)?,
+    ))
+}

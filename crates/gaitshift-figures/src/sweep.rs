@@ -1,0 +1,236 @@
+//! What one controller does over the whole range of its command.
+
+use gaitshift_analysis::GaitSummary;
+
+use crate::canvas::{Canvas, Ink, Paint, Point, Rect, TextStyle};
+use crate::chart::{Axis, Panel};
+use crate::raster::text_width;
+use crate::style::{LABEL, LEFT, PAPER, QUIET, RIGHT, SMALL, TEXT, TITLE, WHITE};
+use crate::{Figure, FigureError};
+
+/// One evaluated command. What is undefined for the motion is `None` and left out of the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SweepPoint {
+    /// Command `ω_v`.
+    pub omega_v: f64,
+    /// Whether the body fell; drawn hollow.
+    pub fell: bool,
+    /// Mean forward speed in m/s.
+    pub speed_m_per_s: Option<f64>,
+    /// Froude number `v / √(g l)`.
+    pub froude: Option<f64>,
+    /// Cost of transport (8) of the paper.
+    pub cost_of_transport: Option<f64>,
+    /// Share of time with both feet on the ground, in [0, 1].
+    pub double_support: Option<f64>,
+    /// Share of time with one foot on the ground, in [0, 1].
+    pub single_support: Option<f64>,
+    /// Share of time with no foot on the ground, in [0, 1].
+    pub flight: Option<f64>,
+}
+
+impl SweepPoint {
+    /// What the analysis says of the motion recorded at `omega_v`.
+    pub fn new(omega_v: f64, summary: &GaitSummary) -> Self {
+        Self {
+            omega_v,
+            fell: summary.fell,
+            speed_m_per_s: summary.speed_m_per_s,
+            froude: summary.froude,
+            cost_of_transport: summary.cost_of_transport,
+            double_support: summary.double_support,
+            single_support: summary.single_support,
+            flight: summary.flight,
+        }
+    }
+}
+
+/// The points of one controller, or of one seed, under a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepSeries {
+    /// Name in the legend.
+    pub label: String,
+    /// Points, joined in the order of `ω_v`.
+    pub points: Vec<SweepPoint>,
+}
+
+/// Of a point, the quantity that a panel shows.
+type Quantity = fn(&SweepPoint) -> Option<f64>;
+
+struct PanelKind {
+    title: &'static str,
+    of: Quantity,
+    /// The paper's values as (ω_v, value). Speeds follow from its Froude numbers, g = 9.81 m/s² and
+    /// l = 0.8 m.
+    paper: &'static [(f64, f64)],
+    is_share: bool,
+}
+
+const PANELS: [PanelKind; 6] = [
+    PanelKind {
+        title: "speed (m/s)",
+        of: |point| point.speed_m_per_s,
+        paper: &[(0.0, 0.616), (3.0, 2.605)],
+        is_share: false,
+    },
+    PanelKind {
+        title: "Froude number",
+        of: |point| point.froude,
+        paper: &[(0.0, 0.22), (3.0, 0.93)],
+        is_share: false,
+    },
+    PanelKind {
+        title: "cost of transport",
+        of: |point| point.cost_of_transport,
+        paper: &[(0.0, 0.342), (3.0, 0.347)],
+        is_share: false,
+    },
+    PanelKind {
+        title: "double support",
+        of: |point| point.double_support,
+        paper: &[],
+        is_share: true,
+    },
+    PanelKind {
+        title: "single support",
+        of: |point| point.single_support,
+        paper: &[],
+        is_share: true,
+    },
+    PanelKind {
+        title: "flight",
+        of: |point| point.flight,
+        paper: &[],
+        is_share: true,
+    },
+];
+
+const SERIES: [Ink; 6] = [
+    LEFT,
+    RIGHT,
+    Ink::hex(0x009e73),
+    Ink::hex(0xe69f00),
+    Ink::hex(0x56b4e9),
+    Ink::hex(0x555555),
+];
+
+/// Speed, Froude number, cost of transport and the shares of double support, single support and flight
+/// against the command `ω_v`, the paper's values marked by diamonds.
+///
+/// # Errors
+/// [`FigureError::Empty`] without any point, [`FigureError::NotFinite`] for a value that cannot be drawn.
+pub fn sweep_figure(series: &[SweepSeries]) -> Result<Figure, FigureError> {
+    let points = || series.iter().flat_map(|series| &series.points);
+    if points().next().is_none() {
+        return Err(FigureError::Empty {
+            what: "the sweep",
+            needed: "one command",
+        });
+    }
+    for (index, point) in points().enumerate() {
+        let quantities = PANELS.iter().map(|kind| (kind.title, (kind.of)(point)));
+        for (name, value) in quantities.chain([("omega_v", Some(point.omega_v))]) {
+            if let Some(value) = value.filter(|value| !value.is_finite()) {
+                return Err(FigureError::NotFinite {
+                    name: name.to_owned(),
+                    index,
+                    value,
+                });
+            }
+        }
+    }
+
+    let (width, height, gap) = (172.0, 126.0, 52.0);
+    let (left, top) = (44.0, 52.0);
+    let sheet = (
+        left + 3.0 * width + 2.0 * gap + 14.0,
+        top + 2.0 * height + gap + 44.0,
+    );
+    let mut canvas = Canvas::new(sheet.0, sheet.1);
+    draw_legend(&mut canvas, series, left);
+    let x = Axis::around(points().map(|point| point.omega_v).chain([0.0, 3.0]), 5);
+    for (i, kind) in PANELS.iter().enumerate() {
+        let (column, row) = ((i % 3) as f64, (i / 3) as f64);
+        let area = Rect::new(
+            left + column * (width + gap),
+            top + row * (height + gap),
+            width,
+            height,
+        );
+        let values = points().filter_map(|point| (kind.of)(point));
+        let y = if kind.is_share {
+            Axis::exact(-0.03, 1.03, 5)
+        } else {
+            Axis::around(values.chain(kind.paper.iter().map(|p| p.1)).chain([0.0]), 4)
+        };
+        let panel = Panel {
+            area,
+            x: x.clone(),
+            y,
+        };
+        panel.grid(&mut canvas);
+        canvas.text((area.left, area.top - 7.0), kind.title, TITLE);
+        for (series, ink) in series.iter().zip(SERIES.into_iter().cycle()) {
+            draw_series(&mut canvas, &panel, series, kind.of, ink);
+        }
+        for &(omega_v, value) in kind.paper {
+            diamond(&mut canvas, panel.place(omega_v, value));
+        }
+        panel.frame(&mut canvas, true);
+        if row > 0.0 {
+            panel.x_title(&mut canvas, "command ω\u{1d65}");
+        }
+    }
+    Ok(Figure {
+        svg: canvas.finish(),
+    })
+}
+
+fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &SweepSeries, of: Quantity, ink: Ink) {
+    let mut points: Vec<(f64, f64, bool)> = series
+        .points
+        .iter()
+        .filter_map(|point| Some((point.omega_v, of(point)?, point.fell)))
+        .collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let xs: Vec<f64> = points.iter().map(|point| point.0).collect();
+    let ys: Vec<f64> = points.iter().map(|point| point.1).collect();
+    if points.len() > 1 {
+        panel.curve(canvas, &xs, &ys, Paint::stroke(ink, 1.4));
+    }
+    for (x, y, fell) in points {
+        let fill = if fell { WHITE } else { ink };
+        canvas.circle(panel.place(x, y), 3.0, Paint::fill(fill).outlined(ink, 1.2));
+    }
+}
+
+/// The paper's mark.
+fn diamond(canvas: &mut Canvas, (x, y): Point) {
+    let half = 5.5;
+    let corners = [(x, y - half), (x + half, y), (x, y + half), (x - half, y)];
+    canvas.polygon(corners, Paint::fill(PAPER).outlined(TEXT, 0.9));
+}
+
+fn draw_legend(canvas: &mut Canvas, series: &[SweepSeries], left: f64) {
+    let base = 19.0;
+    let mut x = left;
+    let mut entry = |canvas: &mut Canvas, text: &str, style: TextStyle| {
+        let mark = (x + 6.0, base - 4.0);
+        canvas.text((x + 16.0, base), text, style);
+        x += 16.0 + text_width(text, SMALL) + 16.0;
+        mark
+    };
+    for (series, ink) in series.iter().zip(SERIES.into_iter().cycle()) {
+        let mark = entry(canvas, &series.label, LABEL);
+        canvas.circle(mark, 3.5, Paint::fill(ink));
+    }
+    let mark = entry(canvas, "the paper", LABEL);
+    diamond(canvas, mark);
+    if series
+        .iter()
+        .any(|series| series.points.iter().any(|point| point.fell))
+    {
+        let mark = entry(canvas, "fell", LABEL);
+        canvas.circle(mark, 3.0, Paint::fill(WHITE).outlined(QUIET, 1.2));
+    }
+}

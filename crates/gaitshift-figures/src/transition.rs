@@ -1,0 +1,206 @@
+//! A change of gait in the manner of the paper's Fig. 3.
+
+use gaitshift_analysis::recording::{Recording, column};
+
+use crate::canvas::{Canvas, Ink, Paint, Rect};
+use crate::chart::{Axis, Panel};
+use crate::motion::Motion;
+use crate::raster::text_width;
+use crate::style::{COMMAND, LABEL, QUIET, SMALL, TEXT, TITLE};
+use crate::support;
+use crate::{Figure, FigureError};
+
+const HATCH: Ink = TEXT.opacity(0.55);
+
+/// What a figure of a time range shows and how large it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FigureOptions {
+    /// First time shown, in s; `None` for 2.5 s before the ramp.
+    pub from_s: Option<f64>,
+    /// Last time shown, in s; `None` for 2.5 s after the ramp.
+    pub to_s: Option<f64>,
+    /// Width of the SVG in user units, 300 to 4000; text keeps its size of 11 to 12 units.
+    pub width: f64,
+    /// A line over the figure.
+    pub title: Option<String>,
+}
+
+impl Default for FigureOptions {
+    /// The ramp with 2.5 s on both sides, 440 units wide: on a column of 85 mm text is 6.5 points.
+    fn default() -> Self {
+        Self {
+            from_s: None,
+            to_s: None,
+            width: 440.0,
+            title: None,
+        }
+    }
+}
+
+/// Kinetic, gravitational and elastic energy and the speed against time, in stacked panels.
+///
+/// The background tells the support phases apart, the hatching marks the `ramp` from its start to its
+/// end in s, and the command `ω_v` is drawn over the speed with its own axis. Gravitational energy is
+/// counted from its lowest value in the picture.
+///
+/// # Errors
+/// [`FigureError::Empty`] or [`FigureError::TimeRange`] if no row lies in the range,
+/// [`FigureError::Option`] for a width out of range or a ramp that is not finite.
+pub fn transition_figure(
+    recording: &Recording,
+    ramp: (f64, f64),
+    options: &FigureOptions,
+) -> Result<Figure, FigureError> {
+    if !(300.0..=4000.0).contains(&options.width) {
+        return Err(FigureError::Option {
+            name: "width",
+            value: options.width,
+            allowed: "300 to 4000 units",
+        });
+    }
+    for (name, value) in [("ramp start", ramp.0), ("ramp end", ramp.1)] {
+        if !value.is_finite() {
+            return Err(FigureError::Option {
+                name,
+                value,
+                allowed: "a finite time in s",
+            });
+        }
+    }
+    let from_s = options.from_s.unwrap_or(ramp.0 - 2.5);
+    let to_s = options.to_s.unwrap_or(ramp.1 + 2.5);
+    let motion = Motion::between(recording, from_s, to_s)?;
+    let support = support::find(recording);
+
+    let left = 58.0;
+    let right = 48.0;
+    let title_height = if options.title.is_some() { 22.0 } else { 0.0 };
+    let legend = Legend::new(options.width - 24.0);
+    let top = title_height + legend.height + 12.0;
+    let (panel_height, gap) = (104.0, 8.0);
+    let height = top + 4.0 * panel_height + 3.0 * gap + 46.0;
+    let mut canvas = Canvas::new(options.width, height);
+    if let Some(title) = &options.title {
+        canvas.text((12.0, 17.0), title, TITLE.bold());
+    }
+    legend.draw(&mut canvas, 12.0, title_height + 18.0);
+
+    let lowest = motion
+        .values(column::GRAVITATIONAL_ENERGY_J)
+        .iter()
+        .copied()
+        .fold(f64::INFINITY, f64::min);
+    let potential: Vec<f64> = motion
+        .values(column::GRAVITATIONAL_ENERGY_J)
+        .iter()
+        .map(|e| e - lowest)
+        .collect();
+    let curves: [(&str, &[f64]); 4] = [
+        ("kinetic (J)", motion.values(column::KINETIC_ENERGY_J)),
+        ("potential (J)", &potential),
+        ("elastic (J)", motion.values(column::ELASTIC_ENERGY_J)),
+        ("speed (m/s)", motion.values(column::X_VELOCITY_M_PER_S)),
+    ];
+    let time = Axis::exact(motion.first_s(), motion.last_s(), 6);
+    for (i, (name, values)) in curves.into_iter().enumerate() {
+        let top = top + i as f64 * (panel_height + gap);
+        let area = Rect::new(left, top, options.width - left - right, panel_height);
+        let y = Axis::around(values.iter().copied(), 4);
+        let panel = Panel {
+            area,
+            x: time.clone(),
+            y,
+        };
+        support::shade_panel(&mut canvas, &panel, support.phases());
+        hatch_ramp(&mut canvas, &panel, ramp);
+        let is_speed = i + 1 == curves.len();
+        if is_speed {
+            draw_command(&mut canvas, &panel, &motion);
+        }
+        panel.curve(
+            &mut canvas,
+            motion.times(),
+            values,
+            Paint::stroke(TEXT, 1.5),
+        );
+        panel.frame(&mut canvas, is_speed);
+        panel.y_title(&mut canvas, name, 42.0);
+        if is_speed {
+            panel.x_title(&mut canvas, "time (s)");
+        }
+    }
+    Ok(Figure {
+        svg: canvas.finish(),
+    })
+}
+
+fn hatch_ramp(canvas: &mut Canvas, panel: &Panel, ramp: (f64, f64)) {
+    let band = panel.band(ramp.0, ramp.1);
+    if band.width > 0.0 {
+        canvas.hatch(band, HATCH, 6.0);
+        for x in [band.left, band.right()] {
+            canvas.line((x, band.top), (x, band.bottom()), Paint::stroke(TEXT, 0.6));
+        }
+    }
+}
+
+fn draw_command(canvas: &mut Canvas, panel: &Panel, motion: &Motion) {
+    let command = motion.values(column::OMEGA_V);
+    let axis = Axis::around(command.iter().copied(), 4);
+    let over = Panel {
+        y: axis.clone(),
+        ..panel.clone()
+    };
+    let paint = Paint::stroke(COMMAND, 1.3).dashed("5 3");
+    over.curve(canvas, motion.times(), command, paint);
+    panel.right_axis(canvas, &axis, "command ω\u{1d65}", COMMAND);
+}
+
+/// Swatches of the support phases and of the ramp, in as many rows as the width needs.
+struct Legend {
+    /// Position of each entry relative to the legend's first base line.
+    places: Vec<(f64, f64)>,
+    height: f64,
+}
+
+impl Legend {
+    const ROW: f64 = 17.0;
+    const TEXT: f64 = 18.0;
+
+    fn names() -> impl Iterator<Item = &'static str> {
+        support::PHASES
+            .into_iter()
+            .map(support::name)
+            .chain(["ramp"])
+    }
+
+    fn new(width: f64) -> Self {
+        let mut places = Vec::new();
+        let (mut x, mut y) = (0.0, 0.0);
+        for name in Self::names() {
+            let entry = Self::TEXT + text_width(name, SMALL);
+            if x > 0.0 && x + entry > width {
+                (x, y) = (0.0, y + Self::ROW);
+            }
+            places.push((x, y));
+            x += entry + 11.0;
+        }
+        Self {
+            places,
+            height: y + Self::ROW,
+        }
+    }
+
+    fn draw(&self, canvas: &mut Canvas, left: f64, base: f64) {
+        for (i, (name, (x, y))) in Self::names().zip(&self.places).enumerate() {
+            let (x, y) = (left + x, base + y);
+            let swatch = Rect::new(x, y - 9.5, 14.0, 11.0);
+            match support::PHASES.get(i) {
+                Some(&phase) => canvas.rect(swatch, Paint::fill(support::shade(phase))),
+                None => canvas.hatch(swatch, HATCH, 5.0),
+            }
+            canvas.rect(swatch, Paint::stroke(QUIET, 0.6));
+            canvas.text((x + Self::TEXT, y), name, LABEL);
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! The learner with its random numbers: acts, learns from a replay buffer, can be saved and resumed.
+
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::config::{SacConfig, Temperature, require};
+use crate::error::SacError;
+use crate::learner::{Learner, Noise, UpdateStats};
+use crate::mirror::Mirror;
+use crate::policy::{Policy, PolicyScratch};
+use crate::random::{fill_normal, streams};
+use crate::replay::{Batch, ReplayBuffer, Sampling, length};
+
+/// Random streams of a run.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Streams {
+    /// Which transitions an update sees.
+    pub sampling: Xoshiro256PlusPlus,
+    /// Noise of the actions within an update.
+    pub noise: Xoshiro256PlusPlus,
+    /// Noise of the actions taken.
+    pub acting: Xoshiro256PlusPlus,
+}
+
+/// A Soft Actor-Critic agent.
+///
+/// Everything random comes from the seed given at the start; a run is the same bit for bit on one
+/// machine whatever the number of threads, and whether or not it was saved and resumed on the way.
+#[derive(Debug)]
+pub struct Agent {
+    pub(crate) learner: Learner<f32>,
+    pub(crate) streams: Streams,
+    batch: Batch<f32>,
+    noise: [Vec<f32>; 2],
+    scratch: PolicyScratch,
+}
+
+impl Agent {
+    /// A new agent for observations and actions of the given sizes; actions lie in \[−1, 1\].
+    ///
+    /// # Errors
+    /// When a setting is outside its range or needs a mirror that is not given.
+    pub fn new(
+        config: SacConfig,
+        observation_size: usize,
+        action_size: usize,
+        mirror: Option<Mirror>,
+        seed: u64,
+    ) -> Result<Self, SacError> {
+        let [mut init, sampling, noise, acting] = streams(seed);
+        let learner = Learner::new(config, observation_size, action_size, mirror, &mut init)?;
+        let rows = learner.config.batch_size;
+        Ok(Self {
+            scratch: PolicyScratch::new(&learner.actor.network),
+            batch: Batch::zeros(rows, observation_size, action_size),
+            noise: [0, 1].map(|_| vec![0.0; rows * action_size]),
+            streams: Streams {
+                sampling,
+                noise,
+                acting,
+            },
+            learner,
+        })
+    }
+
+    /// Settings as they are now.
+    pub fn config(&self) -> &SacConfig {
+        &self.learner.config
+    }
+
+    /// Networks, gradients and optimiser, to look at.
+    pub fn learner(&self) -> &Learner<f32> {
+        &self.learner
+    }
+
+    /// Numbers per observation.
+    pub fn observation_size(&self) -> usize {
+        self.learner.observation_size
+    }
+
+    /// Numbers per action.
+    pub fn action_size(&self) -> usize {
+        self.learner.action_size
+    }
+
+    /// The task's mirror.
+    pub fn mirror(&self) -> Option<&Mirror> {
+        self.learner.mirror.as_ref()
+    }
+
+    /// Updates made so far.
+    pub fn updates(&self) -> u64 {
+        self.learner.updates
+    }
+
+    /// α as it is now.
+    pub fn alpha(&self) -> f64 {
+        self.learner.temperature.alpha
+    }
+
+    /// Sets a fixed α.
+    ///
+    /// # Errors
+    /// When it is negative or not finite, or the temperature is learned.
+    pub fn set_alpha(&mut self, alpha: f64) -> Result<(), SacError> {
+        require(
+            alpha.is_finite() && alpha >= 0.0,
+            "temperature.alpha",
+            &alpha,
+            "at least 0",
+        )?;
+        let fixed = matches!(self.learner.config.temperature, Temperature::Fixed { .. });
+        require(
+            fixed,
+            "temperature",
+            &self.learner.config.temperature,
+            "fixed, to be set from outside",
+        )?;
+        self.learner.config.temperature = Temperature::Fixed { alpha };
+        self.learner.temperature.alpha = alpha;
+        self.learner.temperature.log_alpha = alpha.max(f64::MIN_POSITIVE).ln();
+        Ok(())
+    }
+
+    /// Sets the learning rate of actor and critics.
+    ///
+    /// # Errors
+    /// When it is not above 0.
+    pub fn set_learning_rate(&mut self, learning_rate: f64) -> Result<(), SacError> {
+        self.change(|config| config.learning_rate = learning_rate)
+    }
+
+    /// Sets the discount γ.
+    ///
+    /// # Errors
+    /// When it is not from 0 to 1.
+    pub fn set_gamma(&mut self, gamma: f64) -> Result<(), SacError> {
+        self.change(|config| config.gamma = gamma)
+    }
+
+    /// Uses another number of threads; the results stay the same.
+    ///
+    /// # Errors
+    /// When it is not from 1 to 256.
+    pub fn set_threads(&mut self, threads: usize) -> Result<(), SacError> {
+        self.learner.set_threads(threads)
+    }
+
+    fn change(&mut self, change: impl FnOnce(&mut SacConfig)) -> Result<(), SacError> {
+        let mut config = self.learner.config.clone();
+        change(&mut config);
+        config.validate()?;
+        self.learner.config = config;
+        Ok(())
+    }
+
+    /// Random actions (rows × action size) and their ln π (rows) for observations (rows × observation
+    /// size), with the agent's own noise.
+    ///
+    /// # Errors
+    /// When the lengths do not match.
+    pub fn act(
+        &mut self,
+        observations: &[f32],
+        actions: &mut [f32],
+        log_probs: &mut [f32],
+    ) -> Result<(), SacError> {
+        let network = &self.learner.actor.network;
+        self.scratch.sample(
+            network,
+            observations,
+            &mut self.streams.acting,
+            actions,
+            log_probs,
+        )
+    }
+
+    /// Deterministic actions tanh(mean) for rows of observations.
+    ///
+    /// # Errors
+    /// When the lengths do not match.
+    pub fn act_deterministic(
+        &mut self,
+        observations: &[f32],
+        actions: &mut [f32],
+    ) -> Result<(), SacError> {
+        self.scratch
+            .mean_action(&self.learner.actor.network, observations, actions)
+    }
+
+    /// A copy of the actor.
+    pub fn policy(&self) -> Policy {
+        Policy::new(self.learner.actor.network.clone())
+    }
+
+    /// A copy of the averaged actor, where `actor_average_decay` is above 0.
+    pub fn averaged_policy(&self) -> Option<Policy> {
+        self.learner.average.clone().map(Policy::new)
+    }
+
+    /// One update from transitions drawn from `replay`.
+    ///
+    /// # Errors
+    /// When the buffer is empty or of other sizes, or learning diverged (see [`SacError::Diverged`]).
+    pub fn update(&mut self, replay: &ReplayBuffer) -> Result<UpdateStats, SacError> {
+        length(
+            "replay observation",
+            replay.observation_size(),
+            self.learner.observation_size,
+        )?;
+        length(
+            "replay action",
+            replay.action_size(),
+            self.learner.action_size,
+        )?;
+        let config = &self.learner.config;
+        let mirrored = (config.mirrored_fraction * config.batch_size as f64).round() as usize;
+        let sampling = Sampling {
+            n_step: config.n_step,
+            gamma: config.gamma,
+            alpha: self.learner.temperature.alpha,
+            mirrored: self
+                .learner
+                .mirror
+                .as_ref()
+                .map(|mirror| (mirror, mirrored)),
+        };
+        replay.sample(&mut self.streams.sampling, &sampling, &mut self.batch)?;
+        for noise in &mut self.noise {
+            fill_normal(&mut self.streams.noise, noise);
+        }
+        let [next, current] = &self.noise;
+        self.learner.update(&self.batch, Noise { next, current })
+    }
+
+    /// One update with a given batch and noise, for comparison with other implementations.
+    ///
+    /// # Errors
+    /// When a slice has the wrong length, or learning diverged.
+    pub fn update_batch(
+        &mut self,
+        batch: &Batch<f32>,
+        noise: Noise<'_, f32>,
+    ) -> Result<UpdateStats, SacError> {
+        self.learner.update(batch, noise)
+    }
+}

@@ -1,0 +1,467 @@
+//! Agents and replay buffers on disk, each as one safetensors file with one JSON metadata entry.
+//!
+//! An agent's file holds everything that the next update depends on: networks, targets, average, both
+//! moments of Adam and its step counts, the temperature with its own, the random streams, the settings. A
+//! buffer's file holds the filled part of the ring. A run that is saved and resumed goes on bit for bit.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::fs;
+use std::path::Path;
+
+use safetensors::tensor::{Dtype, SafeTensors, View};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::agent::{Agent, Streams};
+use crate::config::SacConfig;
+use crate::error::SacError;
+use crate::learner::{TemperatureState, Trained, UpdateStats};
+use crate::mirror::Mirror;
+use crate::network::{Mlp, NamedTensor};
+use crate::replay::ReplayBuffer;
+
+const AGENT: &str = "agent checkpoint";
+const REPLAY: &str = "replay buffer file";
+const AGENT_KEY: &str = "gaitshift-sac-agent";
+const REPLAY_KEY: &str = "gaitshift-sac-replay";
+/// Version of both formats.
+const FORMAT: u32 = 1;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AgentHeader {
+    format: u32,
+    config: SacConfig,
+    observation_size: usize,
+    action_size: usize,
+    mirror: Option<Mirror>,
+    temperature: TemperatureState,
+    updates: u64,
+    actor_steps: u64,
+    critic_steps: [u64; 2],
+    stats: UpdateStats,
+    streams: Streams,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ReplayHeader {
+    format: u32,
+    observation_size: usize,
+    action_size: usize,
+    streams: usize,
+    rows: usize,
+    filled: usize,
+    head: usize,
+}
+
+/// A tensor whose bytes are made when it is written, so that only one is in memory at a time.
+struct Lazy<'a> {
+    dtype: Dtype,
+    shape: Vec<usize>,
+    bytes: Box<dyn Fn() -> Vec<u8> + 'a>,
+}
+
+impl View for Lazy<'_> {
+    fn dtype(&self) -> Dtype {
+        self.dtype
+    }
+    fn shape(&self) -> &[usize] {
+        &self.shape
+    }
+    fn data(&self) -> Cow<'_, [u8]> {
+        Cow::Owned((self.bytes)())
+    }
+    fn data_len(&self) -> usize {
+        self.shape.iter().product::<usize>() * self.dtype.bitsize() / 8
+    }
+}
+
+/// `serialize_to_file` writes beside the target and renames, so a crash leaves the old file whole.
+fn write<H: Serialize>(
+    path: &Path,
+    kind: &'static str,
+    key: &str,
+    header: &H,
+    tensors: Vec<(String, Lazy<'_>)>,
+) -> Result<(), SacError> {
+    let failed = |source: std::io::Error| SacError::File {
+        action: "write",
+        path: path.to_owned(),
+        source,
+    };
+    let header =
+        serde_json::to_string(header).map_err(|error| failed(std::io::Error::other(error)))?;
+    let metadata = HashMap::from([(key.to_owned(), header)]);
+    safetensors::tensor::serialize_to_file(tensors, Some(metadata), path).map_err(|error| {
+        match error {
+            safetensors::SafeTensorError::IoError(source) => failed(source),
+            other => SacError::Format {
+                kind,
+                path: path.to_owned(),
+                cause: other.to_string(),
+                remedy: "this is a defect of the program, please report it",
+            },
+        }
+    })
+}
+
+/// An open file; knows how to complain.
+struct Reader<'a> {
+    kind: &'static str,
+    path: &'a Path,
+    tensors: SafeTensors<'a>,
+}
+
+impl<'a> Reader<'a> {
+    fn read(path: &Path) -> Result<Vec<u8>, SacError> {
+        fs::read(path).map_err(|source| SacError::File {
+            action: "read",
+            path: path.to_owned(),
+            source,
+        })
+    }
+
+    fn open<H: DeserializeOwned>(
+        kind: &'static str,
+        key: &str,
+        path: &'a Path,
+        bytes: &'a [u8],
+    ) -> Result<(Self, H), SacError> {
+        let reject = |cause: String, remedy| SacError::Format {
+            kind,
+            path: path.to_owned(),
+            cause,
+            remedy,
+        };
+        let foreign = "give a file that this program wrote for this purpose";
+        let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(|error| {
+            reject(
+                format!(
+                    "its safetensors header cannot be read or does not match its length ({error})"
+                ),
+                "the file is truncated or of another program: use an earlier checkpoint",
+            )
+        })?;
+        let header = metadata
+            .metadata()
+            .as_ref()
+            .and_then(|entries| entries.get(key));
+        let header =
+            header.ok_or_else(|| reject(format!("its metadata has no entry `{key}`"), foreign))?;
+        let version: Version = serde_json::from_str(header).map_err(|error| {
+            reject(
+                format!("its metadata entry `{key}` is malformed ({error})"),
+                foreign,
+            )
+        })?;
+        if version.format != FORMAT {
+            return Err(reject(
+                format!(
+                    "it has format {}, and this program reads format {FORMAT}",
+                    version.format
+                ),
+                "use the version of the program that wrote it",
+            ));
+        }
+        let header = serde_json::from_str(header).map_err(|error| {
+            reject(
+                format!("its metadata entry `{key}` is malformed ({error})"),
+                foreign,
+            )
+        })?;
+        let tensors = SafeTensors::deserialize(bytes).map_err(|error| {
+            reject(
+                error.to_string(),
+                "the file is truncated: use an earlier checkpoint",
+            )
+        })?;
+        Ok((
+            Self {
+                kind,
+                path,
+                tensors,
+            },
+            header,
+        ))
+    }
+
+    fn reject(&self, cause: String) -> SacError {
+        let remedy = "the file was altered or is of another program: use an earlier checkpoint";
+        SacError::Format {
+            kind: self.kind,
+            path: self.path.to_owned(),
+            cause,
+            remedy,
+        }
+    }
+
+    fn bytes(&self, name: &str, dtype: Dtype, shape: &[usize]) -> Result<&'a [u8], SacError> {
+        let tensor = self
+            .tensors
+            .tensor(name)
+            .map_err(|_| self.reject(format!("the tensor `{name}` is missing")))?;
+        if tensor.dtype() != dtype || tensor.shape() != shape {
+            return Err(self.reject(format!(
+                "the tensor `{name}` is {:?} {:?}, but {dtype:?} {shape:?} is needed",
+                tensor.dtype(),
+                tensor.shape()
+            )));
+        }
+        Ok(tensor.data())
+    }
+
+    fn floats(
+        &self,
+        name: &str,
+        shape: &[usize],
+    ) -> Result<impl Iterator<Item = f32> + use<'a>, SacError> {
+        let bytes = self.bytes(name, Dtype::F32, shape)?;
+        Ok(bytes
+            .chunks_exact(4)
+            .map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])))
+    }
+
+    /// Reads into `flat` everything that belongs to `network` under `prefix`.
+    fn fill(&self, network: &Mlp<f32>, prefix: &str, flat: &mut [f32]) -> Result<(), SacError> {
+        let mut tensors = Vec::new();
+        for (name, shape) in network.tensor_shapes() {
+            let values = self.floats(&format!("{prefix}.{name}"), &shape)?.collect();
+            tensors.push(NamedTensor {
+                name,
+                shape,
+                values,
+            });
+        }
+        network.load_tensors_into(&tensors, flat);
+        Ok(())
+    }
+
+    fn network(&self, network: &mut Mlp<f32>, prefix: &str) -> Result<(), SacError> {
+        let mut flat = network.parameters.clone();
+        self.fill(network, prefix, &mut flat)?;
+        network.parameters = flat;
+        Ok(())
+    }
+
+    fn trained(&self, trained: &mut Trained<f32>, prefix: &str) -> Result<(), SacError> {
+        self.network(&mut trained.network, prefix)?;
+        self.fill(
+            &trained.network,
+            &format!("{prefix}.first_moment"),
+            &mut trained.first_moment,
+        )?;
+        self.fill(
+            &trained.network,
+            &format!("{prefix}.second_moment"),
+            &mut trained.second_moment,
+        )?;
+        trained.refresh();
+        Ok(())
+    }
+}
+
+/// The part of a header that is read before the rest.
+#[derive(Deserialize)]
+struct Version {
+    format: u32,
+}
+
+fn to_bytes(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
+    values.into_iter().flat_map(f32::to_le_bytes).collect()
+}
+
+fn lazy_tensors<'a>(
+    network: &Mlp<f32>,
+    prefix: &str,
+    flat: &[f32],
+    out: &mut Vec<(String, Lazy<'a>)>,
+) {
+    for NamedTensor {
+        name,
+        shape,
+        values,
+    } in network.tensors_of(flat)
+    {
+        let bytes = Box::new(move || to_bytes(values.iter().copied()));
+        out.push((
+            format!("{prefix}.{name}"),
+            Lazy {
+                dtype: Dtype::F32,
+                shape,
+                bytes,
+            },
+        ));
+    }
+}
+
+impl Agent {
+    /// Saves everything the next update depends on, apart from the replay buffer.
+    ///
+    /// # Errors
+    /// When the file cannot be written, or learning has diverged.
+    pub fn save(&self, path: &Path) -> Result<(), SacError> {
+        let learner = &self.learner;
+        learner.check_finite()?;
+        let mut tensors = Vec::new();
+        let [critic_1, critic_2] = &learner.critics;
+        for (trained, prefix) in [
+            (&learner.actor, "actor"),
+            (critic_1, "critic_1"),
+            (critic_2, "critic_2"),
+        ] {
+            let network = &trained.network;
+            lazy_tensors(network, prefix, &network.parameters, &mut tensors);
+            lazy_tensors(
+                network,
+                &format!("{prefix}.first_moment"),
+                &trained.first_moment,
+                &mut tensors,
+            );
+            lazy_tensors(
+                network,
+                &format!("{prefix}.second_moment"),
+                &trained.second_moment,
+                &mut tensors,
+            );
+        }
+        let [target_1, target_2] = &learner.targets;
+        lazy_tensors(target_1, "target_1", &target_1.parameters, &mut tensors);
+        lazy_tensors(target_2, "target_2", &target_2.parameters, &mut tensors);
+        if let Some(average) = &learner.average {
+            lazy_tensors(average, "average", &average.parameters, &mut tensors);
+        }
+        let header = AgentHeader {
+            format: FORMAT,
+            config: learner.config.clone(),
+            observation_size: learner.observation_size,
+            action_size: learner.action_size,
+            mirror: learner.mirror.clone(),
+            temperature: learner.temperature,
+            updates: learner.updates,
+            actor_steps: learner.actor.steps,
+            critic_steps: [critic_1.steps, critic_2.steps],
+            stats: learner.stats,
+            streams: self.streams.clone(),
+        };
+        write(path, AGENT, AGENT_KEY, &header, tensors)
+    }
+
+    /// Resumes a saved agent.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is truncated, or is none of [`Agent::save`]; the error names the file,
+    /// the tensor and what to do.
+    pub fn load(path: &Path) -> Result<Self, SacError> {
+        let bytes = Reader::read(path)?;
+        let (reader, header) = Reader::open::<AgentHeader>(AGENT, AGENT_KEY, path, &bytes)?;
+        let mut agent = Self::new(
+            header.config,
+            header.observation_size,
+            header.action_size,
+            header.mirror,
+            0,
+        )
+        .map_err(|error| reader.reject(error.to_string()))?;
+        let learner = &mut agent.learner;
+        reader.trained(&mut learner.actor, "actor")?;
+        for ((critic, target), number) in learner
+            .critics
+            .iter_mut()
+            .zip(&mut learner.targets)
+            .zip(1..)
+        {
+            reader.trained(critic, &format!("critic_{number}"))?;
+            reader.network(target, &format!("target_{number}"))?;
+        }
+        if let Some(average) = &mut learner.average {
+            reader.network(average, "average")?;
+        }
+        learner.temperature = header.temperature;
+        learner.updates = header.updates;
+        learner.actor.steps = header.actor_steps;
+        [learner.critics[0].steps, learner.critics[1].steps] = header.critic_steps;
+        learner.stats = header.stats;
+        agent.streams = header.streams;
+        Ok(agent)
+    }
+}
+
+impl ReplayBuffer {
+    /// Saves the filled part of the ring.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), SacError> {
+        let header = ReplayHeader {
+            format: FORMAT,
+            observation_size: self.observation_size,
+            action_size: self.action_size,
+            streams: self.streams,
+            rows: self.rows,
+            filled: self.filled,
+            head: self.head,
+        };
+        let width = self.width();
+        let tensors = self
+            .columns()
+            .into_iter()
+            .map(|(name, offset, size)| {
+                let bytes = Box::new(move || {
+                    let slots = self.data[..self.len() * width].chunks_exact(width);
+                    to_bytes(slots.flat_map(|slot| slot[offset..offset + size].iter().copied()))
+                });
+                (
+                    name.to_owned(),
+                    Lazy {
+                        dtype: Dtype::F32,
+                        shape: vec![self.len(), size],
+                        bytes: bytes as _,
+                    },
+                )
+            })
+            .collect();
+        write(path, REPLAY, REPLAY_KEY, &header, tensors)
+    }
+
+    /// Loads a saved buffer.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is truncated, or is none of [`ReplayBuffer::save`]; the error names the
+    /// file, the tensor and what to do.
+    pub fn load(path: &Path) -> Result<Self, SacError> {
+        let bytes = Reader::read(path)?;
+        let (reader, header) = Reader::open::<ReplayHeader>(REPLAY, REPLAY_KEY, path, &bytes)?;
+        let capacity = header
+            .rows
+            .checked_mul(header.streams)
+            .unwrap_or(usize::MAX);
+        let mut buffer = Self::new(
+            capacity,
+            header.streams,
+            header.observation_size,
+            header.action_size,
+        )
+        .map_err(|error| reader.reject(error.to_string()))?;
+        let wrapped = header.filled == header.rows && header.head < header.rows;
+        if !(wrapped || header.filled < header.rows && header.head == header.filled) {
+            return Err(reader.reject(format!(
+                "its ring of {} rows cannot have {} filled and row {} next",
+                header.rows, header.filled, header.head
+            )));
+        }
+        (buffer.filled, buffer.head) = (header.filled, header.head);
+        let (len, width) = (buffer.len(), buffer.width());
+        for (name, offset, size) in buffer.columns() {
+            let mut values = reader.floats(name, &[len, size])?;
+            for slot in buffer.data.chunks_exact_mut(width).take(len) {
+                for (place, value) in slot[offset..offset + size].iter_mut().zip(&mut values) {
+                    *place = value;
+                }
+            }
+        }
+        buffer.count_valid();
+        Ok(buffer)
+    }
+}

@@ -1,0 +1,236 @@
+//! Settings of the learner.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::SacError;
+
+/// How the weight α of the entropy is found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Temperature {
+    /// α stays as given until [`crate::Agent::set_alpha`] changes it.
+    Fixed {
+        /// α, at least 0.
+        alpha: f64,
+    },
+    /// ln α follows the gradient of −ln α · mean(ln π + target entropy) with its own Adam.
+    Auto {
+        /// α at the start, above 0.
+        initial: f64,
+        /// Entropy in nats to hold; by default minus the number of actions.
+        #[serde(default)]
+        target_entropy: Option<f64>,
+        /// Learning rate of ln α.
+        #[serde(default = "default_learning_rate")]
+        learning_rate: f64,
+    },
+}
+
+fn default_learning_rate() -> f64 {
+    3e-4
+}
+
+/// Settings of the learner; every one has a default, an unknown one is an error.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SacConfig {
+    /// Units of each hidden layer of the actor.
+    pub actor_hidden: Vec<usize>,
+    /// Units of each hidden layer of each critic.
+    pub critic_hidden: Vec<usize>,
+    /// Layer normalisation in the actor.
+    pub actor_layer_norm: bool,
+    /// Layer normalisation in the critics.
+    pub critic_layer_norm: bool,
+    /// Learning rate of Adam for actor and critics.
+    pub learning_rate: f64,
+    /// Discount γ per step.
+    pub gamma: f64,
+    /// Share of the critics that their targets take over in each update (Polyak averaging).
+    pub tau: f64,
+    /// Transitions in an update.
+    pub batch_size: usize,
+    /// Greatest number of rewards summed before bootstrapping.
+    pub n_step: usize,
+    /// Weight of the entropy.
+    pub temperature: Temperature,
+    /// The actor (and the temperature) learns in every `actor_every`-th update.
+    pub actor_every: u32,
+    /// Weight w of the mirror loss w · mean |μ(s) − Ψa(μ(Ψo(s)))|² in the actor's loss; 0 for none.
+    pub mirror_loss_weight: f64,
+    /// Share of each batch that is replaced by its mirror image, in \[0, 1\]; 0 for none.
+    pub mirrored_fraction: f64,
+    /// Decay per actor update of the averaged actor (0.999 averages over about a thousand); 0 for none.
+    pub actor_average_decay: f64,
+    /// Greatest norm of the gradient of each network; none by default.
+    pub max_grad_norm: Option<f64>,
+    /// Threads of an update, the calling one included; changes the speed and never the result.
+    pub threads: usize,
+}
+
+impl Default for SacConfig {
+    fn default() -> Self {
+        Self {
+            actor_hidden: vec![128, 128],
+            critic_hidden: vec![128, 128],
+            actor_layer_norm: false,
+            critic_layer_norm: false,
+            learning_rate: default_learning_rate(),
+            gamma: 0.99,
+            tau: 0.005,
+            batch_size: 256,
+            n_step: 1,
+            temperature: Temperature::Fixed { alpha: 0.2 },
+            actor_every: 1,
+            mirror_loss_weight: 0.0,
+            mirrored_fraction: 0.0,
+            actor_average_decay: 0.0,
+            max_grad_norm: None,
+            threads: 1,
+        }
+    }
+}
+
+/// Greatest number of units in a layer and of transitions in a batch; keeps every size far from overflow.
+const SIZE_MAX: usize = 1 << 16;
+
+impl SacConfig {
+    /// # Errors
+    /// Names the first setting outside its range.
+    pub fn validate(&self) -> Result<(), SacError> {
+        for (key, hidden) in [
+            ("actor_hidden", &self.actor_hidden),
+            ("critic_hidden", &self.critic_hidden),
+        ] {
+            let sizes = hidden.iter().all(|&units| (1..=SIZE_MAX).contains(&units));
+            require(
+                !hidden.is_empty() && sizes,
+                key,
+                hidden,
+                "one or more layers of 1 to 65536 units",
+            )?;
+        }
+        for (key, value) in [("learning_rate", self.learning_rate)] {
+            require(value.is_finite() && value > 0.0, key, &value, "above 0")?;
+        }
+        require(
+            (0.0..=1.0).contains(&self.gamma),
+            "gamma",
+            &self.gamma,
+            "from 0 to 1",
+        )?;
+        require(
+            self.tau > 0.0 && self.tau <= 1.0,
+            "tau",
+            &self.tau,
+            "above 0 and at most 1",
+        )?;
+        require(
+            (1..=SIZE_MAX).contains(&self.batch_size),
+            "batch_size",
+            &self.batch_size,
+            "from 1 to 65536",
+        )?;
+        require(
+            (1..=1024).contains(&self.n_step),
+            "n_step",
+            &self.n_step,
+            "from 1 to 1024",
+        )?;
+        match self.temperature {
+            Temperature::Fixed { alpha } => {
+                require(
+                    alpha.is_finite() && alpha >= 0.0,
+                    "temperature.alpha",
+                    &alpha,
+                    "at least 0",
+                )?;
+            }
+            Temperature::Auto {
+                initial,
+                target_entropy,
+                learning_rate,
+            } => {
+                require(
+                    initial.is_finite() && initial > 0.0,
+                    "temperature.initial",
+                    &initial,
+                    "above 0",
+                )?;
+                if let Some(target) = target_entropy {
+                    require(
+                        target.is_finite(),
+                        "temperature.target_entropy",
+                        &target,
+                        "finite",
+                    )?;
+                }
+                let valid = learning_rate.is_finite() && learning_rate > 0.0;
+                require(
+                    valid,
+                    "temperature.learning_rate",
+                    &learning_rate,
+                    "above 0",
+                )?;
+            }
+        }
+        require(
+            self.actor_every >= 1,
+            "actor_every",
+            &self.actor_every,
+            "at least 1",
+        )?;
+        let weight = self.mirror_loss_weight;
+        require(
+            weight.is_finite() && weight >= 0.0,
+            "mirror_loss_weight",
+            &weight,
+            "at least 0",
+        )?;
+        let fraction = self.mirrored_fraction;
+        require(
+            (0.0..=1.0).contains(&fraction),
+            "mirrored_fraction",
+            &fraction,
+            "from 0 to 1",
+        )?;
+        let decay = self.actor_average_decay;
+        require(
+            (0.0..1.0).contains(&decay),
+            "actor_average_decay",
+            &decay,
+            "at least 0 and below 1",
+        )?;
+        if let Some(norm) = self.max_grad_norm {
+            require(
+                norm.is_finite() && norm > 0.0,
+                "max_grad_norm",
+                &norm,
+                "above 0",
+            )?;
+        }
+        require(
+            (1..=256).contains(&self.threads),
+            "threads",
+            &self.threads,
+            "from 1 to 256",
+        )
+    }
+}
+
+pub(crate) fn require(
+    valid: bool,
+    key: &'static str,
+    value: &dyn std::fmt::Debug,
+    requirement: &'static str,
+) -> Result<(), SacError> {
+    if valid {
+        Ok(())
+    } else {
+        Err(SacError::Setting {
+            key,
+            value: format!("{value:?}"),
+            requirement,
+        })
+    }
+}

@@ -1,0 +1,95 @@
+//! What can go wrong, where, why, and what to do.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Errors of the learner.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SacError {
+    /// A setting outside its range.
+    #[error("learner setting `{key}` is {value}, but must be {requirement}")]
+    Setting {
+        /// Name of the setting.
+        key: &'static str,
+        /// Its value.
+        value: String,
+        /// What it must be.
+        requirement: &'static str,
+    },
+    /// A mirror that is no mirror.
+    #[error("the {what} mirror is not a signed permutation that undoes itself: {cause}")]
+    Mirror {
+        /// Observation or action.
+        what: &'static str,
+        /// Why.
+        cause: String,
+    },
+    /// A setting that needs the task's mirror, and none was given.
+    #[error(
+        "learner setting `{key}` needs the task's mirror, but none was given: give one or set it to 0"
+    )]
+    NoMirror {
+        /// Name of the setting.
+        key: &'static str,
+    },
+    /// Data of the wrong length.
+    #[error("`{what}` has {found} numbers, but {expected} are needed")]
+    Length {
+        /// Which slice.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length it must have.
+        expected: usize,
+    },
+    /// A number that is not finite was about to be stored.
+    #[error(
+        "`{what}` of stream {stream} is not finite: store a diverged step with `valid` false, or end the run"
+    )]
+    NotFinite {
+        /// Which slice.
+        what: &'static str,
+        /// Which environment.
+        stream: usize,
+    },
+    /// Nothing to learn from yet.
+    #[error("the replay buffer holds no valid transition: collect experience before updating")]
+    EmptyReplay,
+    /// Learning diverged.
+    #[error(
+        "update {update} diverged: {what} is {value}; lower the learning rate, scale the reward down or \
+         turn on layer normalisation, and restart from an earlier checkpoint"
+    )]
+    Diverged {
+        /// Number of the update.
+        update: u64,
+        /// Which quantity.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A file could not be read or written.
+    #[error("cannot {action} `{}`: {source}", path.display())]
+    File {
+        /// Read or write.
+        action: &'static str,
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A file that is not what it should be.
+    #[error("`{}` is not a valid {kind}: {cause}; {remedy}", path.display())]
+    Format {
+        /// What it should be.
+        kind: &'static str,
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong, with the tensor's name.
+        cause: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+}

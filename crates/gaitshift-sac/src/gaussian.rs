@@ -1,0 +1,105 @@
+//! The squashed Gaussian: a = tanh(u), u = mean + deviation · ε, ε standard normal.
+//!
+//! A policy network gives `2 × actions` numbers per row: the means, then the logarithms of the deviations, clamped
+//! to [`LOG_DEVIATION_MIN`], [`LOG_DEVIATION_MAX`] with zero gradient outside.
+
+use crate::real::{Real, wide};
+
+/// Least logarithm of a deviation (0.0067 before the tanh): exploration never quite ends and the
+/// log-probability stays bounded.
+pub const LOG_DEVIATION_MIN: f64 = -5.0;
+/// Greatest logarithm of a deviation.
+pub const LOG_DEVIATION_MAX: f64 = 2.0;
+
+const HALF_LOG_TWO_PI: f64 = 0.918_938_533_204_672_8;
+
+#[inline(always)]
+fn clamp<T: Real>(value: T) -> T {
+    let (low, high) = (
+        T::from_f64(LOG_DEVIATION_MIN),
+        T::from_f64(LOG_DEVIATION_MAX),
+    );
+    // Comparisons that leave NaN as it is, so that it is noticed.
+    if value < low {
+        low
+    } else if value > high {
+        high
+    } else {
+        value
+    }
+}
+
+wide! {
+    /// Draws actions (rows × `size`) and their log-probabilities (rows) for the outputs `out`
+    /// (rows × 2 `size`) of a policy network and the standard normal numbers `noise` (rows × `size`).
+    ///
+    /// ln π = Σ [ −ε²/2 − ln σ − ln √(2π) − ln(1 − tanh² u) ], with
+    /// ln(1 − tanh² u) = 2 (ln 2 − u − softplus(−2u)), which is exact for large |u| too.
+    pub fn sample<T>(size: usize, out: &[T], noise: &[T], actions: &mut [T], log_probs: &mut [T]) {
+        let two = T::from_f64(2.0);
+        let half = T::from_f64(0.5);
+        let constant = T::from_f64(HALF_LOG_TWO_PI);
+        let ln_2 = T::from_f64(std::f64::consts::LN_2);
+        for (((out, noise), actions), log_prob) in out
+            .chunks_exact(2 * size)
+            .zip(noise.chunks_exact(size))
+            .zip(actions.chunks_exact_mut(size))
+            .zip(log_probs)
+        {
+            let mut sum = T::ZERO;
+            for index in 0..size {
+                let log_deviation = clamp(out[size + index]);
+                let u = out[index] + log_deviation.exp() * noise[index];
+                actions[index] = u.tanh();
+                let softplus = (if u < T::ZERO { -(two * u) } else { T::ZERO })
+                    + (-(two * u.abs())).exp().ln_1p();
+                let log_slope = two * (ln_2 - u - softplus);
+                sum += -(half * noise[index] * noise[index]) - log_deviation - constant - log_slope;
+            }
+            *log_prob = sum;
+        }
+    }
+}
+
+wide! {
+    /// Actions tanh(mean) (rows × `size`) for the outputs `out` (rows × 2 `size`).
+    pub fn mean_action<T>(size: usize, out: &[T], actions: &mut [T]) {
+        for (out, actions) in out.chunks_exact(2 * size).zip(actions.chunks_exact_mut(size)) {
+            for (action, &mean) in actions.iter_mut().zip(out) {
+                *action = mean.tanh();
+            }
+        }
+    }
+}
+
+wide! {
+    /// Derivative in the outputs `out` of a loss whose derivatives in the actions and log-probabilities are given.
+    ///
+    /// With ε held: d ln π / d u = 2 tanh u, d ln π / d ln σ = −1 directly, d u / d ln σ = σ ε,
+    /// d a / d u = 1 − a². `weight` × rows scale: `d_log_prob` is per row, `d_action` per action.
+    pub fn sample_back<T>(
+        size: usize,
+        out: &[T],
+        noise: &[T],
+        actions: &[T],
+        d_log_prob: &[T],
+        d_action: &[T],
+        d_out: &mut [T],
+    ) {
+        let two = T::from_f64(2.0);
+        let (low, high) = (T::from_f64(LOG_DEVIATION_MIN), T::from_f64(LOG_DEVIATION_MAX));
+        for (row, (out, d_out)) in out.chunks_exact(2 * size).zip(d_out.chunks_exact_mut(2 * size)).enumerate() {
+            let d_log_prob = d_log_prob[row];
+            for index in 0..size {
+                let place = row * size + index;
+                let action = actions[place];
+                let d_u = d_log_prob * two * action + d_action[place] * (T::ONE - action * action);
+                d_out[index] = d_u;
+                let raw = out[size + index];
+                let inside = raw >= low && raw <= high;
+                let d_log_deviation = d_u * clamp(raw).exp() * noise[place] - d_log_prob;
+                d_out[size + index] = if inside { d_log_deviation } else { T::ZERO };
+            }
+        }
+    }
+}

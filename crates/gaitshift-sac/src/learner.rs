@@ -1,0 +1,962 @@
+//! One update of Soft Actor-Critic: critics, actor, temperature, targets.
+//!
+//! The batch is cut into chunks of [`CHUNK`] rows. A chunk runs its whole forward and backward pass in its own
+//! scratch, which stays in the cache of the core that runs it, and leaves its own gradient; gradients are
+//! then summed in the order of the chunks. Neither the cut nor the order depends on the number of
+//! threads, so neither do the bits of the result.
+
+use serde::{Deserialize, Serialize};
+
+use crate::adam::{self, AdamStep};
+use crate::config::{SacConfig, Temperature};
+use crate::error::SacError;
+use crate::gaussian;
+use crate::mirror::{Mirror, reflect};
+use crate::network::{Activations, Deltas, Mlp, MlpShape, Transposed};
+use crate::real::{Buffer, Real};
+use crate::replay::{Batch, length};
+use crate::workers::{Disjoint, Workers};
+
+/// Rows that are worked on together.
+pub const CHUNK: usize = 64;
+/// Parameters that an element-wise task takes at a time: all its operands fit the first-level cache.
+const RANGE: usize = 1024;
+
+/// A network with what Adam remembers of it.
+#[derive(Clone, Debug)]
+pub struct Trained<T> {
+    /// The network.
+    pub network: Mlp<T>,
+    /// Weights in the order of the backward pass.
+    pub(crate) transposed: Transposed<T>,
+    /// Gradient of the last update, before clipping.
+    pub(crate) gradient: Buffer<T>,
+    pub(crate) first_moment: Buffer<T>,
+    pub(crate) second_moment: Buffer<T>,
+    /// Adam steps made.
+    pub(crate) steps: u64,
+}
+
+impl<T: Real> Trained<T> {
+    fn new(network: Mlp<T>, tail: usize) -> Self {
+        Self {
+            transposed: network.transposed(tail),
+            gradient: network.zeros_like(),
+            first_moment: network.zeros_like(),
+            second_moment: network.zeros_like(),
+            steps: 0,
+            network,
+        }
+    }
+
+    /// Gradient of the last update, before clipping, as named tensors.
+    pub fn gradient(&self) -> Vec<crate::network::NamedTensor<T>> {
+        self.network.tensors_of(&self.gradient)
+    }
+
+    /// Recomputes the copies that the backward pass reads, after the parameters changed from outside.
+    pub fn refresh(&mut self) {
+        self.network.refresh(&mut self.transposed);
+    }
+}
+
+/// The temperature ln α and what its Adam remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TemperatureState {
+    /// α.
+    pub alpha: f64,
+    /// ln α; follows `alpha` where the temperature is learned.
+    pub log_alpha: f64,
+    /// First moment of Adam.
+    pub first_moment: f64,
+    /// Second moment of Adam.
+    pub second_moment: f64,
+    /// Adam steps made.
+    pub steps: u64,
+}
+
+/// What an update saw. Losses are means over the batch before the step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct UpdateStats {
+    /// mean (Q − y)² / 2 of each critic.
+    pub critic_loss: [f64; 2],
+    /// Mean of both critics over the batch.
+    pub mean_q: f64,
+    /// Mean of the targets y.
+    pub mean_target: f64,
+    /// mean (α c ln π − min Q), of the last update in which the actor learned, as all below.
+    pub actor_loss: f64,
+    /// mean |μ(s) − Ψa(μ(Ψo(s)))|², unweighted; 0 when no mirror loss is asked for.
+    pub mirror_loss: f64,
+    /// −mean ln π, in nats.
+    pub entropy: f64,
+    /// α that this update used.
+    pub alpha: f64,
+    /// Norm of each critic's gradient, before clipping.
+    pub critic_gradient_norm: [f64; 2],
+    /// Norm of the actor's gradient, before clipping.
+    pub actor_gradient_norm: f64,
+    /// Whether the actor learned in this update.
+    pub actor_updated: bool,
+}
+
+/// Scratch and results of one chunk.
+#[derive(Debug)]
+struct Chunk<T> {
+    actor: Activations<T>,
+    actor_deltas: Deltas<T>,
+    critics: [Activations<T>; 2],
+    critic_deltas: Deltas<T>,
+    /// Observations and, where the mirror loss needs them, their mirror images below.
+    actor_input: Vec<T>,
+    /// Observation, action.
+    critic_input: Vec<T>,
+    actions: Vec<T>,
+    log_probs: Vec<T>,
+    targets: Vec<T>,
+    d_critic: Vec<T>,
+    d_log_prob: Vec<T>,
+    d_action: Vec<T>,
+    d_actor: Vec<T>,
+    selected: [Vec<usize>; 2],
+    critic_gradients: [Buffer<T>; 2],
+    actor_gradient: Buffer<T>,
+    sums: Sums,
+}
+
+/// Sums over the rows of a chunk.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    critic_loss: [f64; 2],
+    q: f64,
+    target: f64,
+    actor_loss: f64,
+    mirror_loss: f64,
+    log_prob: f64,
+}
+
+/// Standard normal numbers of an update.
+#[derive(Clone, Copy, Debug)]
+pub struct Noise<'a, T> {
+    /// Rows × action size, for the actions at the next observations.
+    pub next: &'a [T],
+    /// Rows × action size, for the actions at the observations.
+    pub current: &'a [T],
+}
+
+/// Networks, targets, optimiser and temperature; [`crate::Agent`] adds random numbers, replay and files.
+#[derive(Debug)]
+pub struct Learner<T> {
+    pub(crate) config: SacConfig,
+    pub(crate) observation_size: usize,
+    pub(crate) action_size: usize,
+    pub(crate) mirror: Option<Mirror>,
+    /// The policy network.
+    pub actor: Trained<T>,
+    /// Both critics.
+    pub critics: [Trained<T>; 2],
+    /// Their targets.
+    pub targets: [Mlp<T>; 2],
+    /// Averaged actor, where asked for.
+    pub average: Option<Mlp<T>>,
+    pub(crate) temperature: TemperatureState,
+    pub(crate) updates: u64,
+    pub(crate) stats: UpdateStats,
+    chunks: Vec<Chunk<T>>,
+    /// Sum of squares of each range of the gradients.
+    squares: Vec<f64>,
+    workers: Workers,
+}
+
+impl<T: Real> Learner<T> {
+    /// A learner with the given networks; targets and average start as copies.
+    ///
+    /// # Errors
+    /// When a setting is outside its range, or needs a mirror and none is given, or the mirror is none.
+    pub fn new(
+        config: SacConfig,
+        observation_size: usize,
+        action_size: usize,
+        mirror: Option<Mirror>,
+        rng: &mut rand_xoshiro::Xoshiro256PlusPlus,
+    ) -> Result<Self, SacError> {
+        config.validate()?;
+        let sizes = 1..=1usize << 16;
+        crate::config::require(
+            sizes.contains(&observation_size),
+            "observation_size",
+            &observation_size,
+            "from 1 to 65536",
+        )?;
+        crate::config::require(
+            sizes.contains(&action_size),
+            "action_size",
+            &action_size,
+            "from 1 to 65536",
+        )?;
+        match &mirror {
+            Some(mirror) => mirror.validate(observation_size, action_size)?,
+            None if config.mirror_loss_weight > 0.0 => {
+                return Err(SacError::NoMirror {
+                    key: "mirror_loss_weight",
+                });
+            }
+            None if config.mirrored_fraction > 0.0 => {
+                return Err(SacError::NoMirror {
+                    key: "mirrored_fraction",
+                });
+            }
+            None => {}
+        }
+        let actor = Mlp::random(actor_shape(&config, observation_size, action_size), rng);
+        let critic_shape = MlpShape {
+            inputs: observation_size + action_size,
+            hidden: config.critic_hidden.clone(),
+            outputs: 1,
+            layer_norm: config.critic_layer_norm,
+        };
+        let critics =
+            [0, 1].map(|_| Trained::new(Mlp::random(critic_shape.clone(), rng), action_size));
+        let targets = [critics[0].network.clone(), critics[1].network.clone()];
+        let average = (config.actor_average_decay > 0.0).then(|| actor.clone());
+        let actor = Trained::new(actor, 0);
+        let alpha = match config.temperature {
+            Temperature::Fixed { alpha } => alpha,
+            Temperature::Auto { initial, .. } => initial,
+        };
+        let temperature = TemperatureState {
+            alpha,
+            log_alpha: alpha.max(f64::MIN_POSITIVE).ln(),
+            first_moment: 0.0,
+            second_moment: 0.0,
+            steps: 0,
+        };
+        let mirrored = config.mirror_loss_weight > 0.0;
+        let chunks = (0..config.batch_size.div_ceil(CHUNK))
+            .map(|_| {
+                Chunk::new(
+                    &actor.network,
+                    &critics[0].network,
+                    observation_size,
+                    action_size,
+                    mirrored,
+                )
+            })
+            .collect();
+        let ranges = (2 * critics[0].gradient.len().div_ceil(RANGE))
+            .max(actor.gradient.len().div_ceil(RANGE));
+        let workers = Workers::new(config.threads);
+        Ok(Self {
+            config,
+            observation_size,
+            action_size,
+            mirror,
+            actor,
+            critics,
+            targets,
+            average,
+            temperature,
+            updates: 0,
+            stats: UpdateStats::default(),
+            chunks,
+            squares: vec![0.0; ranges],
+            workers,
+        })
+    }
+
+    /// The temperature.
+    pub fn temperature(&self) -> TemperatureState {
+        self.temperature
+    }
+
+    /// Settings.
+    pub fn config(&self) -> &SacConfig {
+        &self.config
+    }
+
+    /// What the last update saw.
+    pub fn stats(&self) -> UpdateStats {
+        self.stats
+    }
+
+    /// Uses another number of threads; the results stay the same.
+    ///
+    /// # Errors
+    /// When it is not from 1 to 256.
+    pub fn set_threads(&mut self, threads: usize) -> Result<(), SacError> {
+        let config = SacConfig {
+            threads,
+            ..self.config.clone()
+        };
+        config.validate()?;
+        self.config = config;
+        self.workers = Workers::new(threads);
+        Ok(())
+    }
+
+    /// Updates made.
+    pub fn updates(&self) -> u64 {
+        self.updates
+    }
+
+    /// One whole update with a given batch and noise.
+    ///
+    /// # Errors
+    /// When a slice has the wrong length, or a loss or gradient is not finite (learning diverged). After the
+    /// latter the networks are no longer usable.
+    pub fn update(
+        &mut self,
+        batch: &Batch<T>,
+        noise: Noise<'_, T>,
+    ) -> Result<UpdateStats, SacError> {
+        self.check(batch, noise)?;
+        self.updates += 1;
+        self.stats.alpha = self.temperature.alpha;
+        self.stats.actor_updated = false;
+        self.critic_gradients(batch, noise.next);
+        self.step_critics();
+        if self
+            .updates
+            .is_multiple_of(u64::from(self.config.actor_every))
+        {
+            self.actor_gradient(batch, noise.current);
+            self.step_actor();
+            self.step_temperature();
+            self.stats.actor_updated = true;
+        }
+        self.check_finite()?;
+        Ok(self.stats)
+    }
+
+    fn check(&self, batch: &Batch<T>, noise: Noise<'_, T>) -> Result<(), SacError> {
+        let rows = batch.rows();
+        length("batch.rewards", rows, self.config.batch_size)?;
+        length(
+            "batch.observations",
+            batch.observations.len(),
+            rows * self.observation_size,
+        )?;
+        length(
+            "batch.next_observations",
+            batch.next_observations.len(),
+            rows * self.observation_size,
+        )?;
+        length(
+            "batch.actions",
+            batch.actions.len(),
+            rows * self.action_size,
+        )?;
+        length("batch.discounts", batch.discounts.len(), rows)?;
+        length("batch.entropy_scales", batch.entropy_scales.len(), rows)?;
+        length(
+            "batch.next_entropy_scales",
+            batch.next_entropy_scales.len(),
+            rows,
+        )?;
+        length("noise.next", noise.next.len(), rows * self.action_size)?;
+        length(
+            "noise.current",
+            noise.current.len(),
+            rows * self.action_size,
+        )
+    }
+
+    pub(crate) fn check_finite(&self) -> Result<(), SacError> {
+        let stats = &self.stats;
+        for (what, value) in [
+            ("the loss of critic 1", stats.critic_loss[0]),
+            ("the loss of critic 2", stats.critic_loss[1]),
+            ("the gradient of critic 1", stats.critic_gradient_norm[0]),
+            ("the gradient of critic 2", stats.critic_gradient_norm[1]),
+            ("the actor's loss", stats.actor_loss),
+            ("the actor's gradient", stats.actor_gradient_norm),
+            ("the temperature", self.temperature.alpha),
+        ] {
+            if !value.is_finite() {
+                return Err(SacError::Diverged {
+                    update: self.updates,
+                    what,
+                    value,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Losses of the critics and their gradients, at the current parameters.
+    pub fn critic_gradients(&mut self, batch: &Batch<T>, noise: &[T]) {
+        let (actor, critics, targets) = (&self.actor, &self.critics, &self.targets);
+        let alpha = T::from_f64(self.temperature.alpha);
+        let rows = batch.rows();
+        self.workers.for_each(&mut self.chunks, |index, chunk| {
+            let first = index * CHUNK;
+            let last = (first + CHUNK).min(rows);
+            chunk.critic_pass(
+                &actor.network,
+                critics,
+                targets,
+                batch,
+                noise,
+                first,
+                last,
+                alpha,
+            );
+        });
+        let sums = self.sums();
+        let per_row = 1.0 / rows as f64;
+        self.stats.critic_loss = sums.critic_loss.map(|loss| loss * per_row);
+        self.stats.mean_q = 0.5 * sums.q * per_row;
+        self.stats.mean_target = sums.target * per_row;
+        let norms = reduce(
+            &mut self.workers,
+            &self.chunks,
+            &mut self.critics,
+            &mut self.squares,
+            |chunk, network| &chunk.critic_gradients[network],
+        );
+        self.stats.critic_gradient_norm = [norms[0], norms[1]];
+    }
+
+    fn step_critics(&mut self) {
+        let scales = self
+            .stats
+            .critic_gradient_norm
+            .map(|norm| clip(self.config.max_grad_norm, norm));
+        let rate = T::from_f64(self.config.tau);
+        let [first, second] = &mut self.targets;
+        step(
+            &mut self.workers,
+            &mut self.critics,
+            &scales,
+            self.config.learning_rate,
+            [Some((rate, first)), Some((rate, second))],
+        );
+        self.workers
+            .for_each(&mut self.critics, |_, critic| critic.refresh());
+    }
+
+    /// Loss of the actor and its gradient, at the current parameters.
+    pub fn actor_gradient(&mut self, batch: &Batch<T>, noise: &[T]) {
+        let (actor, critics) = (&self.actor, &self.critics);
+        let alpha = T::from_f64(self.temperature.alpha);
+        let rows = batch.rows();
+        let mirror = self
+            .mirror
+            .as_ref()
+            .filter(|_| self.config.mirror_loss_weight > 0.0)
+            .map(|mirror| (mirror, T::from_f64(self.config.mirror_loss_weight)));
+        self.workers.for_each(&mut self.chunks, |index, chunk| {
+            let first = index * CHUNK;
+            let last = (first + CHUNK).min(rows);
+            chunk.actor_pass(actor, critics, mirror, batch, noise, first, last, alpha);
+        });
+        let sums = self.sums();
+        let per_row = 1.0 / rows as f64;
+        self.stats.actor_loss = sums.actor_loss * per_row;
+        self.stats.mirror_loss = sums.mirror_loss * per_row;
+        self.stats.entropy = -sums.log_prob * per_row;
+        let norms = reduce(
+            &mut self.workers,
+            &self.chunks,
+            std::slice::from_mut(&mut self.actor),
+            &mut self.squares,
+            |chunk, _| &chunk.actor_gradient,
+        );
+        self.stats.actor_gradient_norm = norms[0];
+    }
+
+    fn step_actor(&mut self) {
+        let scale = clip(self.config.max_grad_norm, self.stats.actor_gradient_norm);
+        let rate = T::from_f64(1.0 - self.config.actor_average_decay);
+        let average = self.average.as_mut().map(|average| (rate, average));
+        step(
+            &mut self.workers,
+            std::slice::from_mut(&mut self.actor),
+            &[scale],
+            self.config.learning_rate,
+            [average],
+        );
+        self.actor.refresh();
+    }
+
+    /// Gradient of −ln α · mean(ln π + target entropy) in ln α, from the last actor pass.
+    pub fn temperature_gradient(&self) -> Option<f64> {
+        match self.config.temperature {
+            Temperature::Fixed { .. } => None,
+            Temperature::Auto { target_entropy, .. } => {
+                Some(self.stats.entropy - target_entropy.unwrap_or(-(self.action_size as f64)))
+            }
+        }
+    }
+
+    fn step_temperature(&mut self) {
+        let Temperature::Auto { learning_rate, .. } = self.config.temperature else {
+            return;
+        };
+        let Some(gradient) = self.temperature_gradient() else {
+            return;
+        };
+        let state = &mut self.temperature;
+        state.steps += 1;
+        let (mut log_alpha, mut first, mut second) = (
+            [state.log_alpha],
+            [state.first_moment],
+            [state.second_moment],
+        );
+        let step = AdamStep::new(state.steps, learning_rate);
+        adam::descend(
+            step,
+            1.0,
+            &[gradient],
+            &mut log_alpha,
+            &mut first,
+            &mut second,
+        );
+        [state.log_alpha] = log_alpha;
+        [state.first_moment] = first;
+        [state.second_moment] = second;
+        state.alpha = state.log_alpha.exp();
+    }
+
+    fn sums(&self) -> Sums {
+        let mut total = Sums::default();
+        for Chunk { sums, .. } in &self.chunks {
+            total.critic_loss[0] += sums.critic_loss[0];
+            total.critic_loss[1] += sums.critic_loss[1];
+            total.q += sums.q;
+            total.target += sums.target;
+            total.actor_loss += sums.actor_loss;
+            total.mirror_loss += sums.mirror_loss;
+            total.log_prob += sums.log_prob;
+        }
+        total
+    }
+}
+
+pub(crate) fn actor_shape(
+    config: &SacConfig,
+    observation_size: usize,
+    action_size: usize,
+) -> MlpShape {
+    MlpShape {
+        inputs: observation_size,
+        hidden: config.actor_hidden.clone(),
+        outputs: 2 * action_size,
+        layer_norm: config.actor_layer_norm,
+    }
+}
+
+/// Factor that brings a gradient of norm `norm` down to `max_norm`, as `torch.nn.utils.clip_grad_norm_`.
+fn clip(max_norm: Option<f64>, norm: f64) -> f64 {
+    max_norm.map_or(1.0, |max_norm| (max_norm / (norm + 1e-6)).min(1.0))
+}
+
+/// Sums the chunks' gradients in order into those of `networks` (all of one size) and gives their norms.
+fn reduce<T: Real>(
+    workers: &mut Workers,
+    chunks: &[Chunk<T>],
+    networks: &mut [Trained<T>],
+    squares: &mut [f64],
+    of: impl Fn(&Chunk<T>, usize) -> &Buffer<T> + Sync,
+) -> [f64; 2] {
+    let len = networks[0].gradient.len();
+    let ranges = len.div_ceil(RANGE);
+    let count = networks.len();
+    {
+        let squares = Disjoint::new(squares);
+        let networks = Disjoint::new(networks);
+        let gradients: [Option<Disjoint<'_, T>>; 2] = std::array::from_fn(|network| {
+            // SAFETY: each network is taken once.
+            (network < count).then(|| {
+                Disjoint::new(unsafe { &mut networks.range(network, network + 1)[0].gradient[..] })
+            })
+        });
+        workers.run(count * ranges, &|task| {
+            let (network, range) = (task / ranges, task % ranges);
+            let (from, to) = (range * RANGE, ((range + 1) * RANGE).min(len));
+            let Some(gradient) = &gradients[network] else {
+                return;
+            };
+            // SAFETY: ranges of different tasks do not overlap.
+            let (gradient, square) =
+                unsafe { (gradient.range(from, to), squares.range(task, task + 1)) };
+            gradient.copy_from_slice(&of(&chunks[0], network)[from..to]);
+            for chunk in &chunks[1..] {
+                adam::add(&of(chunk, network)[from..to], gradient);
+            }
+            square[0] = adam::sum_of_squares(gradient).to_f64();
+        });
+    }
+    std::array::from_fn(|network| {
+        if network < count {
+            squares[network * ranges..(network + 1) * ranges]
+                .iter()
+                .sum::<f64>()
+                .sqrt()
+        } else {
+            0.0
+        }
+    })
+}
+
+/// One Adam step of `networks` (all of one size), and their followers' step behind them.
+fn step<T: Real, const COUNT: usize>(
+    workers: &mut Workers,
+    networks: &mut [Trained<T>],
+    scales: &[f64],
+    learning_rate: f64,
+    followers: [Option<(T, &mut Mlp<T>)>; COUNT],
+) {
+    let len = networks[0].gradient.len();
+    let ranges = len.div_ceil(RANGE);
+    let mut networks = networks.iter_mut();
+    let mut followers = followers.into_iter();
+    let parts: [_; COUNT] = std::array::from_fn(|index| {
+        let network = networks.next()?;
+        network.steps += 1;
+        Some((
+            AdamStep::new(network.steps, learning_rate),
+            T::from_f64(scales[index]),
+            &network.gradient,
+            Disjoint::new(&mut network.network.parameters),
+            Disjoint::new(&mut network.first_moment),
+            Disjoint::new(&mut network.second_moment),
+            followers
+                .next()
+                .flatten()
+                .map(|(rate, follower)| (rate, Disjoint::new(&mut follower.parameters))),
+        ))
+    });
+    workers.run(COUNT * ranges, &|task| {
+        let (network, range) = (task / ranges, task % ranges);
+        let (from, to) = (range * RANGE, ((range + 1) * RANGE).min(len));
+        let Some((step, scale, gradient, parameters, first, second, follower)) = &parts[network]
+        else {
+            return;
+        };
+        // SAFETY: ranges of different tasks do not overlap.
+        let (parameters, first, second) = unsafe {
+            (
+                parameters.range(from, to),
+                first.range(from, to),
+                second.range(from, to),
+            )
+        };
+        adam::descend(
+            *step,
+            *scale,
+            &gradient[from..to],
+            parameters,
+            first,
+            second,
+        );
+        if let Some((rate, follower)) = follower {
+            // SAFETY: as above.
+            adam::follow(*rate, parameters, unsafe { follower.range(from, to) });
+        }
+    });
+}
+
+impl<T: Real> Chunk<T> {
+    fn new(
+        actor: &Mlp<T>,
+        critic: &Mlp<T>,
+        observation_size: usize,
+        action_size: usize,
+        mirrored: bool,
+    ) -> Self {
+        let actor_rows = if mirrored { 2 * CHUNK } else { CHUNK };
+        let zeros = |count: usize| vec![T::ZERO; count];
+        Self {
+            actor: actor.activations(actor_rows),
+            actor_deltas: actor.deltas(actor_rows),
+            critics: [critic.activations(CHUNK), critic.activations(CHUNK)],
+            critic_deltas: critic.deltas(CHUNK),
+            actor_input: zeros(if mirrored {
+                actor_rows * observation_size
+            } else {
+                0
+            }),
+            critic_input: zeros(CHUNK * (observation_size + action_size)),
+            actions: zeros(CHUNK * action_size),
+            log_probs: zeros(CHUNK),
+            targets: zeros(CHUNK),
+            d_critic: zeros(CHUNK),
+            d_log_prob: zeros(CHUNK),
+            d_action: zeros(CHUNK * action_size),
+            d_actor: zeros(actor_rows * 2 * action_size),
+            selected: [Vec::with_capacity(CHUNK), Vec::with_capacity(CHUNK)],
+            critic_gradients: [critic.zeros_like(), critic.zeros_like()],
+            actor_gradient: actor.zeros_like(),
+            sums: Sums::default(),
+        }
+    }
+
+    /// Rows `first..last`: targets y = R + Γ (min Q'(s', a') − α c' ln π(a'|s')), losses (Q − y)² / 2, gradients.
+    #[allow(clippy::too_many_arguments)]
+    fn critic_pass(
+        &mut self,
+        actor: &Mlp<T>,
+        critics: &[Trained<T>; 2],
+        targets: &[Mlp<T>; 2],
+        batch: &Batch<T>,
+        noise: &[T],
+        first: usize,
+        last: usize,
+        alpha: T,
+    ) {
+        let rows = last - first;
+        let observation_size = batch.observations.len() / batch.rows();
+        let action_size = batch.actions.len() / batch.rows();
+        let width = observation_size + action_size;
+
+        let next = &batch.next_observations[first * observation_size..last * observation_size];
+        actor.forward(rows, next, observation_size, &mut self.actor);
+        gaussian::sample(
+            action_size,
+            &self.actor.out[..rows * 2 * action_size],
+            &noise[first * action_size..last * action_size],
+            &mut self.actions,
+            &mut self.log_probs,
+        );
+        join(
+            observation_size,
+            next,
+            action_size,
+            &self.actions,
+            &mut self.critic_input,
+        );
+        for (target, activations) in targets.iter().zip(&mut self.critics) {
+            target.forward(rows, &self.critic_input, width, activations);
+        }
+        let mut sums = Sums::default();
+        for row in 0..rows {
+            let place = first + row;
+            let value = smaller(self.critics[0].out[row], self.critics[1].out[row])
+                - alpha * batch.next_entropy_scales[place] * self.log_probs[row];
+            // A terminated row must not see a value that is not finite either.
+            let discount = batch.discounts[place];
+            let future = if discount == T::ZERO {
+                T::ZERO
+            } else {
+                discount * value
+            };
+            self.targets[row] = batch.rewards[place] + future;
+            sums.target += self.targets[row].to_f64();
+        }
+
+        let observations = &batch.observations[first * observation_size..last * observation_size];
+        let actions = &batch.actions[first * action_size..last * action_size];
+        join(
+            observation_size,
+            observations,
+            action_size,
+            actions,
+            &mut self.critic_input,
+        );
+        let per_row = T::ONE / T::from_f64(batch.rows() as f64);
+        for (index, critic) in critics.iter().enumerate() {
+            let activations = &mut self.critics[index];
+            critic
+                .network
+                .forward(rows, &self.critic_input, width, activations);
+            for row in 0..rows {
+                let error = activations.out[row] - self.targets[row];
+                self.d_critic[row] = error * per_row;
+                sums.critic_loss[index] += 0.5 * (error * error).to_f64();
+                sums.q += activations.out[row].to_f64();
+            }
+            critic.network.backward(
+                &critic.transposed,
+                rows,
+                &self.critic_input,
+                width,
+                activations,
+                &self.d_critic,
+                &mut self.critic_deltas,
+                &mut self.critic_gradients[index],
+            );
+        }
+        self.sums = sums;
+    }
+
+    /// Rows `first..last`: loss α c ln π(a|s) − min Q(s, a) with a drawn anew, mirror loss, gradient.
+    #[allow(clippy::too_many_arguments)]
+    fn actor_pass(
+        &mut self,
+        actor: &Trained<T>,
+        critics: &[Trained<T>; 2],
+        mirror: Option<(&Mirror, T)>,
+        batch: &Batch<T>,
+        noise: &[T],
+        first: usize,
+        last: usize,
+        alpha: T,
+    ) {
+        let rows = last - first;
+        let observation_size = batch.observations.len() / batch.rows();
+        let action_size = batch.actions.len() / batch.rows();
+        let width = observation_size + action_size;
+        let outputs = 2 * action_size;
+        let observations = &batch.observations[first * observation_size..last * observation_size];
+        let noise = &noise[first * action_size..last * action_size];
+
+        let actor_rows = match mirror {
+            None => {
+                actor
+                    .network
+                    .forward(rows, observations, observation_size, &mut self.actor);
+                rows
+            }
+            Some((mirror, _)) => {
+                let (plain, image) = self.actor_input.split_at_mut(rows * observation_size);
+                plain.copy_from_slice(observations);
+                for (from, to) in observations
+                    .chunks_exact(observation_size)
+                    .zip(image.chunks_exact_mut(observation_size))
+                {
+                    reflect(&mirror.observation, from, to);
+                }
+                actor.network.forward(
+                    2 * rows,
+                    &self.actor_input,
+                    observation_size,
+                    &mut self.actor,
+                );
+                2 * rows
+            }
+        };
+        let out = &self.actor.out[..rows * outputs];
+        gaussian::sample(
+            action_size,
+            out,
+            noise,
+            &mut self.actions,
+            &mut self.log_probs,
+        );
+        join(
+            observation_size,
+            observations,
+            action_size,
+            &self.actions,
+            &mut self.critic_input,
+        );
+        for (critic, activations) in critics.iter().zip(&mut self.critics) {
+            critic
+                .network
+                .forward(rows, &self.critic_input, width, activations);
+        }
+
+        let per_row = T::ONE / T::from_f64(batch.rows() as f64);
+        let mut sums = Sums::default();
+        for selected in &mut self.selected {
+            selected.clear();
+        }
+        for row in 0..rows {
+            let (q_1, q_2) = (self.critics[0].out[row], self.critics[1].out[row]);
+            // Only the smaller critic passes a derivative on.
+            self.selected[usize::from(q_2 < q_1)].push(row);
+            let weight = alpha * batch.entropy_scales[first + row];
+            self.d_log_prob[row] = weight * per_row;
+            sums.actor_loss += (weight * self.log_probs[row] - smaller(q_1, q_2)).to_f64();
+            sums.log_prob += self.log_probs[row].to_f64();
+        }
+        for index in 0..2 {
+            critics[index].network.input_gradient(
+                &critics[index].transposed,
+                &self.selected[index],
+                &self.critics[index],
+                &mut self.critic_deltas,
+                &mut self.d_action,
+            );
+        }
+        for d_action in &mut self.d_action[..rows * action_size] {
+            *d_action = -(*d_action * per_row);
+        }
+        gaussian::sample_back(
+            action_size,
+            out,
+            noise,
+            &self.actions,
+            &self.d_log_prob,
+            &self.d_action,
+            &mut self.d_actor[..rows * outputs],
+        );
+        if let Some((mirror, weight)) = mirror {
+            sums.mirror_loss = mirror_back(
+                &mirror.action,
+                &self.actor.out[..2 * rows * outputs],
+                weight * per_row,
+                &mut self.d_actor[..2 * rows * outputs],
+            )
+            .to_f64();
+        }
+        let input = if mirror.is_some() {
+            &self.actor_input[..]
+        } else {
+            observations
+        };
+        actor.network.backward(
+            &actor.transposed,
+            actor_rows,
+            input,
+            observation_size,
+            &self.actor,
+            &self.d_actor,
+            &mut self.actor_deltas,
+            &mut self.actor_gradient,
+        );
+        self.sums = sums;
+    }
+}
+
+#[inline(always)]
+fn smaller<T: Real>(a: T, b: T) -> T {
+    // NaN in either is passed on, so that it is noticed.
+    if b < a || b != b { b } else { a }
+}
+
+/// Adds the derivative of weight · Σ |μ(s) − Ψa(μ(Ψo(s)))|² to `d_out` and returns the unweighted sum. The first
+/// half of the rows belongs to the observations, the second to their mirror images.
+fn mirror_back<T: Real>(map: &[(usize, f32)], out: &[T], weight: T, d_out: &mut [T]) -> T {
+    let size = map.len();
+    let rows = out.len() / (4 * size);
+    let (out, image) = out.split_at(rows * 2 * size);
+    let (d_out, d_image) = d_out.split_at_mut(rows * 2 * size);
+    d_image.fill(T::ZERO);
+    let two = T::from_f64(2.0);
+    let mut sum = T::ZERO;
+    for row in 0..rows {
+        let start = row * 2 * size;
+        for (action, &(source, sign)) in map.iter().enumerate() {
+            let sign = T::from_f64(f64::from(sign));
+            let mean = out[start + action].tanh();
+            let image_mean = image[start + source].tanh();
+            let difference = mean - sign * image_mean;
+            sum += difference * difference;
+            let d_mean = two * weight * difference;
+            d_out[start + action] += d_mean * (T::ONE - mean * mean);
+            d_image[start + source] -= d_mean * sign * (T::ONE - image_mean * image_mean);
+        }
+    }
+    sum
+}
+
+/// Rows of observation and action side by side.
+fn join<T: Real>(
+    observation_size: usize,
+    observations: &[T],
+    action_size: usize,
+    actions: &[T],
+    out: &mut [T],
+) {
+    for ((observation, action), out) in observations
+        .chunks_exact(observation_size)
+        .zip(actions.chunks_exact(action_size))
+        .zip(out.chunks_exact_mut(observation_size + action_size))
+    {
+        out[..observation_size].copy_from_slice(observation);
+        out[observation_size..].copy_from_slice(action);
+    }
+}

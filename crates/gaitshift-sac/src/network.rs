@@ -1,0 +1,909 @@
+//! Multi-layer perceptrons with hand-written derivatives: hidden layers `[linear, layer norm?, ReLU]`, then a
+//! linear output.
+//!
+//! All parameters of a network are one flat buffer, hidden weights in panels (see [`crate::dense`]), the
+//! output layer row by row. [`Mlp::tensors`] and [`Mlp::load_tensors`] translate from and to the layout
+//! and names of PyTorch (`weight` is outputs × inputs).
+
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::dense::{
+    self, Epilogue, HALF_PANEL, MatMul, Outer, PANEL, padded, panel_index, row_stride,
+};
+use crate::random::uniform;
+use crate::real::{Buffer, LINE, Real, wide};
+
+/// Added to the variance in layer normalisation, as in PyTorch.
+pub const LAYER_NORM_EPSILON: f64 = 1e-5;
+
+/// Sizes of a network.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MlpShape {
+    /// Input numbers.
+    pub inputs: usize,
+    /// Units of each hidden layer, at least one layer.
+    pub hidden: Vec<usize>,
+    /// Output numbers.
+    pub outputs: usize,
+    /// Layer normalisation after each hidden linear layer, before the ReLU.
+    pub layer_norm: bool,
+}
+
+/// Where a hidden layer lies in the flat parameters.
+#[derive(Clone, Debug)]
+struct Hidden {
+    inputs: usize,
+    units: usize,
+    /// Columns as stored.
+    padded: usize,
+    /// Distance between rows of its activations.
+    stride: usize,
+    weight: usize,
+    bias: usize,
+    gain: usize,
+    shift: usize,
+}
+
+impl Hidden {
+    fn weight_range(&self) -> std::ops::Range<usize> {
+        self.weight..self.weight + self.inputs * self.padded
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Layout {
+    hidden: Vec<Hidden>,
+    /// Output weights, one row of `last.padded` numbers per output.
+    weight: usize,
+    bias: usize,
+    len: usize,
+}
+
+impl Layout {
+    fn new(shape: &MlpShape) -> Self {
+        let mut len = 0;
+        let mut reserve = |count: usize| {
+            let start = len;
+            len += count.next_multiple_of(LINE);
+            start
+        };
+        let mut inputs = shape.inputs;
+        let hidden: Vec<_> = shape
+            .hidden
+            .iter()
+            .map(|&units| {
+                let padded = padded(units);
+                let layer = Hidden {
+                    inputs,
+                    units,
+                    padded,
+                    stride: row_stride(units),
+                    weight: reserve(inputs * padded),
+                    bias: reserve(padded),
+                    gain: if shape.layer_norm { reserve(padded) } else { 0 },
+                    shift: if shape.layer_norm { reserve(padded) } else { 0 },
+                };
+                inputs = units;
+                layer
+            })
+            .collect();
+        let last = hidden.last().map_or(0, |layer| layer.padded);
+        let weight = reserve(shape.outputs * last);
+        let bias = reserve(shape.outputs);
+        Self {
+            hidden,
+            weight,
+            bias,
+            len,
+        }
+    }
+}
+
+/// One named parameter tensor in PyTorch's layout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedTensor<T> {
+    /// Such as `layers.0.weight`, `layers.0.norm.weight`, `output.bias`.
+    pub name: String,
+    /// Extents; weights are outputs × inputs.
+    pub shape: Vec<usize>,
+    /// Elements, last index fastest.
+    pub values: Vec<T>,
+}
+
+/// A multi-layer perceptron.
+#[derive(Clone, Debug)]
+pub struct Mlp<T> {
+    shape: MlpShape,
+    layout: Layout,
+    /// All parameters; padding is zero and stays zero.
+    pub(crate) parameters: Buffer<T>,
+}
+
+/// What a forward pass leaves behind for the backward pass, for up to a fixed number of rows.
+#[derive(Clone, Debug)]
+pub struct Activations<T> {
+    layers: Vec<LayerActivations<T>>,
+    /// Outputs, rows × outputs.
+    pub out: Vec<T>,
+}
+
+#[derive(Clone, Debug)]
+struct LayerActivations<T> {
+    /// After the ReLU.
+    value: Buffer<T>,
+    /// Before gain and shift; only with layer normalisation.
+    normalised: Buffer<T>,
+    /// 1 / standard deviation of each row; only with layer normalisation.
+    inverse_deviation: Vec<T>,
+}
+
+/// Two matrices in which the derivative travels backwards through the layers.
+#[derive(Clone, Debug)]
+pub struct Deltas<T> {
+    front: Buffer<T>,
+    back: Buffer<T>,
+}
+
+/// Copies of the weights in the order in which the backward pass reads them.
+#[derive(Clone, Debug)]
+pub struct Transposed<T> {
+    /// For each hidden layer but the first: the transposed weights in panels.
+    weights: Vec<Buffer<T>>,
+    /// Weights of the last `tail` inputs of the first layer, one row for each.
+    tail_rows: Buffer<T>,
+    tail: usize,
+}
+
+impl<T: Real> Mlp<T> {
+    /// All parameters zero, gains one.
+    pub fn zeros(shape: MlpShape) -> Self {
+        let layout = Layout::new(&shape);
+        let mut parameters = Buffer::zeros(layout.len);
+        if shape.layer_norm {
+            for layer in &layout.hidden {
+                parameters[layer.gain..layer.gain + layer.units].fill(T::ONE);
+            }
+        }
+        Self {
+            shape,
+            layout,
+            parameters,
+        }
+    }
+
+    /// Weights and biases uniform in ±1/√inputs, as PyTorch's `nn.Linear` draws them; gains 1, shifts 0.
+    pub fn random(shape: MlpShape, rng: &mut Xoshiro256PlusPlus) -> Self {
+        let mut net = Self::zeros(shape);
+        let mut tensors = net.tensors();
+        let mut bound = 0.0;
+        for tensor in &mut tensors {
+            if tensor.name.contains("norm") {
+                continue;
+            }
+            if let [_, inputs] = tensor.shape[..] {
+                bound = 1.0 / (inputs as f64).sqrt();
+            }
+            for value in &mut tensor.values {
+                *value = T::from_f64(uniform(rng, -bound, bound));
+            }
+        }
+        net.load_tensors(&tensors);
+        net
+    }
+
+    /// Sizes.
+    pub fn shape(&self) -> &MlpShape {
+        &self.shape
+    }
+
+    /// Visits every real (not padding) parameter: tensor name, shape, and for each element its place
+    /// in the flat buffer.
+    fn places(&self) -> Vec<(String, Vec<usize>, Vec<usize>)> {
+        let mut places = Vec::new();
+        for (index, layer) in self.layout.hidden.iter().enumerate() {
+            let weight = (0..layer.units)
+                .flat_map(|unit| {
+                    (0..layer.inputs).map(move |input| {
+                        layer.weight + panel_index(layer.inputs, layer.padded, input, unit)
+                    })
+                })
+                .collect();
+            places.push((
+                format!("layers.{index}.weight"),
+                vec![layer.units, layer.inputs],
+                weight,
+            ));
+            let vector = |start: usize| (start..start + layer.units).collect();
+            places.push((
+                format!("layers.{index}.bias"),
+                vec![layer.units],
+                vector(layer.bias),
+            ));
+            if self.shape.layer_norm {
+                places.push((
+                    format!("layers.{index}.norm.weight"),
+                    vec![layer.units],
+                    vector(layer.gain),
+                ));
+                places.push((
+                    format!("layers.{index}.norm.bias"),
+                    vec![layer.units],
+                    vector(layer.shift),
+                ));
+            }
+        }
+        let last = &self.layout.hidden[self.layout.hidden.len() - 1];
+        let weight = (0..self.shape.outputs)
+            .flat_map(|output| {
+                (0..last.units).map(move |unit| self.layout.weight + output * last.padded + unit)
+            })
+            .collect();
+        places.push((
+            "output.weight".into(),
+            vec![self.shape.outputs, last.units],
+            weight,
+        ));
+        let bias = (self.layout.bias..self.layout.bias + self.shape.outputs).collect();
+        places.push(("output.bias".into(), vec![self.shape.outputs], bias));
+        places
+    }
+
+    /// Numbers that `flat` (parameters, a gradient, a moment: anything in this network's layout) holds, as
+    /// named tensors.
+    pub fn tensors_of(&self, flat: &[T]) -> Vec<NamedTensor<T>> {
+        self.places()
+            .into_iter()
+            .map(|(name, shape, places)| NamedTensor {
+                name,
+                shape,
+                values: places.into_iter().map(|place| flat[place]).collect(),
+            })
+            .collect()
+    }
+
+    /// The parameters as named tensors.
+    pub fn tensors(&self) -> Vec<NamedTensor<T>> {
+        self.tensors_of(&self.parameters)
+    }
+
+    /// Names and shapes of the parameter tensors, in order.
+    pub fn tensor_shapes(&self) -> Vec<(String, Vec<usize>)> {
+        self.places()
+            .into_iter()
+            .map(|(name, shape, _)| (name, shape))
+            .collect()
+    }
+
+    /// Writes named tensors into `flat`; tensors of other names or shapes are left alone. Returns how many
+    /// were written.
+    pub fn load_tensors_into(&self, tensors: &[NamedTensor<T>], flat: &mut [T]) -> usize {
+        let mut loaded = 0;
+        for (name, shape, places) in self.places() {
+            if let Some(tensor) = tensors
+                .iter()
+                .find(|tensor| tensor.name == name && tensor.shape == shape)
+            {
+                for (place, &value) in places.into_iter().zip(&tensor.values) {
+                    flat[place] = value;
+                }
+                loaded += 1;
+            }
+        }
+        loaded
+    }
+
+    /// Replaces the parameters named in `tensors`. Returns how many tensors were written.
+    pub fn load_tensors(&mut self, tensors: &[NamedTensor<T>]) -> usize {
+        let mut parameters = std::mem::replace(&mut self.parameters, Buffer::zeros(0));
+        let loaded = self.load_tensors_into(tensors, &mut parameters);
+        self.parameters = parameters;
+        loaded
+    }
+
+    /// Real (not padding) parameters.
+    pub fn parameter_count(&self) -> usize {
+        self.places()
+            .iter()
+            .map(|(_, _, places)| places.len())
+            .sum()
+    }
+
+    /// Zeros in the layout of the parameters.
+    pub fn zeros_like(&self) -> Buffer<T> {
+        Buffer::zeros(self.layout.len)
+    }
+
+    /// Scratch of the forward pass for up to `rows` rows.
+    pub fn activations(&self, rows: usize) -> Activations<T> {
+        let layers = self
+            .layout
+            .hidden
+            .iter()
+            .map(|layer| LayerActivations {
+                value: Buffer::zeros(rows * layer.stride),
+                normalised: Buffer::zeros(if self.shape.layer_norm {
+                    rows * layer.stride
+                } else {
+                    0
+                }),
+                inverse_deviation: vec![T::ZERO; if self.shape.layer_norm { rows } else { 0 }],
+            })
+            .collect();
+        Activations {
+            layers,
+            out: vec![T::ZERO; rows * self.shape.outputs],
+        }
+    }
+
+    /// Scratch of the backward pass for up to `rows` rows.
+    pub fn deltas(&self, rows: usize) -> Deltas<T> {
+        let stride = self
+            .layout
+            .hidden
+            .iter()
+            .map(|layer| layer.stride)
+            .max()
+            .unwrap_or(0);
+        Deltas {
+            front: Buffer::zeros(rows * stride),
+            back: Buffer::zeros(rows * stride),
+        }
+    }
+
+    /// Empty transposed copies; `tail` is the number of last inputs whose derivative
+    /// [`Mlp::input_gradient`] will give.
+    pub fn transposed(&self, tail: usize) -> Transposed<T> {
+        let hidden = &self.layout.hidden;
+        let mut transposed = Transposed {
+            weights: hidden[1..]
+                .iter()
+                .map(|layer| Buffer::zeros(padded(layer.inputs) * layer.units))
+                .collect(),
+            tail_rows: Buffer::zeros(tail * hidden[0].padded),
+            tail,
+        };
+        self.refresh(&mut transposed);
+        transposed
+    }
+
+    /// Brings the transposed copies up to date with the parameters.
+    pub fn refresh(&self, transposed: &mut Transposed<T>) {
+        for (layer, out) in self.layout.hidden[1..].iter().zip(&mut transposed.weights) {
+            transpose(
+                &self.parameters[layer.weight_range()],
+                layer.inputs,
+                layer.units,
+                layer.padded,
+                out,
+            );
+        }
+        let first = &self.layout.hidden[0];
+        let weight = &self.parameters[first.weight_range()];
+        for (row, out) in transposed
+            .tail_rows
+            .chunks_exact_mut(first.padded)
+            .enumerate()
+        {
+            let input = first.inputs - transposed.tail + row;
+            for (column, out) in out.chunks_mut(PANEL).enumerate() {
+                let start = panel_index(first.inputs, first.padded, input, column * PANEL);
+                out.copy_from_slice(&weight[start..start + out.len()]);
+            }
+        }
+    }
+
+    /// Outputs for `rows` rows of `x` (row stride `x_stride`), left in `activations.out` together with what
+    /// the backward pass needs.
+    pub fn forward(&self, rows: usize, x: &[T], x_stride: usize, activations: &mut Activations<T>) {
+        let (mut x, mut x_stride) = (x, x_stride);
+        for (layer, scratch) in self.layout.hidden.iter().zip(&mut activations.layers) {
+            let bias = &self.parameters[layer.bias..][..layer.padded];
+            let epilogue = if self.shape.layer_norm {
+                Epilogue::Bias(bias)
+            } else {
+                Epilogue::BiasRelu(bias)
+            };
+            dense::matmul(MatMul {
+                rows,
+                k: layer.inputs,
+                x,
+                x_stride,
+                panels: &self.parameters[layer.weight_range()],
+                columns: layer.padded,
+                y: &mut scratch.value,
+                y_stride: layer.stride,
+                epilogue,
+            });
+            if self.shape.layer_norm {
+                normalise(
+                    rows,
+                    layer.units,
+                    layer.stride,
+                    &self.parameters[layer.gain..][..layer.padded],
+                    &self.parameters[layer.shift..][..layer.padded],
+                    &mut scratch.value,
+                    &mut scratch.normalised,
+                    &mut scratch.inverse_deviation,
+                );
+            }
+            (x, x_stride) = (&scratch.value, layer.stride);
+        }
+        let last = &self.layout.hidden[self.layout.hidden.len() - 1];
+        project(
+            rows,
+            last.padded,
+            x,
+            x_stride,
+            &self.parameters[self.layout.weight..][..self.shape.outputs * last.padded],
+            &self.parameters[self.layout.bias..][..self.shape.outputs],
+            &mut activations.out,
+        );
+    }
+
+    /// Gradient of a loss in all parameters, from `d_out`, its derivative in the outputs (rows × outputs), at
+    /// the point of the last forward pass. Overwrites `gradient`.
+    #[allow(clippy::too_many_arguments)]
+    pub fn backward(
+        &self,
+        transposed: &Transposed<T>,
+        rows: usize,
+        x: &[T],
+        x_stride: usize,
+        activations: &Activations<T>,
+        d_out: &[T],
+        deltas: &mut Deltas<T>,
+        gradient: &mut [T],
+    ) {
+        let hidden = &self.layout.hidden;
+        let outputs = self.shape.outputs;
+        let depth = hidden.len();
+        let last = &hidden[depth - 1];
+        let value = &activations.layers[depth - 1].value;
+        let (before, bias) = gradient.split_at_mut(self.layout.bias);
+        project_weight_gradient(
+            rows,
+            last.padded,
+            value,
+            last.stride,
+            d_out,
+            &mut before[self.layout.weight..][..outputs * last.padded],
+            &mut bias[..outputs],
+        );
+        project_back(
+            rows,
+            last.padded,
+            last.stride,
+            d_out,
+            &self.parameters[self.layout.weight..][..outputs * last.padded],
+            value,
+            &mut deltas.front,
+        );
+        for index in (0..depth).rev() {
+            let layer = &hidden[index];
+            let scratch = &activations.layers[index];
+            if self.shape.layer_norm {
+                let (gain, shift) = gradient[layer.gain..].split_at_mut(layer.shift - layer.gain);
+                normalise_weight_gradient(
+                    rows,
+                    layer.padded,
+                    layer.stride,
+                    &deltas.front,
+                    &scratch.normalised,
+                    &mut gain[..layer.padded],
+                    &mut shift[..layer.padded],
+                );
+                normalise_back(
+                    rows,
+                    layer.units,
+                    layer.stride,
+                    &self.parameters[layer.gain..][..layer.padded],
+                    &scratch.normalised,
+                    &scratch.inverse_deviation,
+                    &mut deltas.front,
+                );
+            }
+            column_sums(
+                rows,
+                layer.stride,
+                &deltas.front,
+                &mut gradient[layer.bias..][..layer.padded],
+            );
+            let (x, x_stride) = if index == 0 {
+                (x, x_stride)
+            } else {
+                (
+                    &activations.layers[index - 1].value[..],
+                    hidden[index - 1].stride,
+                )
+            };
+            dense::outer(Outer {
+                rows,
+                k: layer.inputs,
+                x,
+                x_stride,
+                columns: layer.padded,
+                y: &deltas.front,
+                y_stride: layer.stride,
+                panels: &mut gradient[layer.weight_range()],
+            });
+            if index > 0 {
+                let below = &hidden[index - 1];
+                dense::matmul(MatMul {
+                    rows,
+                    k: layer.units,
+                    x: &deltas.front,
+                    x_stride: layer.stride,
+                    panels: &transposed.weights[index - 1],
+                    columns: below.padded,
+                    y: &mut deltas.back,
+                    y_stride: below.stride,
+                    epilogue: Epilogue::Mask(&activations.layers[index - 1].value, below.stride),
+                });
+                std::mem::swap(&mut deltas.front, &mut deltas.back);
+            }
+        }
+    }
+
+    /// Derivative of the single output in the last inputs (as many as `transposed` keeps), for the rows
+    /// listed in `selected`, at the point of the last forward pass; written to the same rows of `d_tail`
+    /// (rows × tail).
+    pub fn input_gradient(
+        &self,
+        transposed: &Transposed<T>,
+        selected: &[usize],
+        activations: &Activations<T>,
+        deltas: &mut Deltas<T>,
+        d_tail: &mut [T],
+    ) {
+        assert!(self.shape.outputs == 1);
+        if selected.is_empty() {
+            return;
+        }
+        let hidden = &self.layout.hidden;
+        let depth = hidden.len();
+        let last = &hidden[depth - 1];
+        let rows = selected.len();
+        let weight = &self.parameters[self.layout.weight..][..last.padded];
+        for delta in deltas.front.chunks_exact_mut(last.stride).take(rows) {
+            delta[..last.padded].copy_from_slice(weight);
+        }
+        for index in (0..depth).rev() {
+            let layer = &hidden[index];
+            let scratch = &activations.layers[index];
+            mask_selected(
+                selected,
+                layer.padded,
+                layer.stride,
+                &scratch.value,
+                &mut deltas.front,
+            );
+            if self.shape.layer_norm {
+                normalise_back_selected(
+                    selected,
+                    layer.units,
+                    layer.stride,
+                    &self.parameters[layer.gain..][..layer.padded],
+                    &scratch.normalised,
+                    &scratch.inverse_deviation,
+                    &mut deltas.front,
+                );
+            }
+            if index > 0 {
+                let below = &hidden[index - 1];
+                dense::matmul(MatMul {
+                    rows,
+                    k: layer.units,
+                    x: &deltas.front,
+                    x_stride: layer.stride,
+                    panels: &transposed.weights[index - 1],
+                    columns: below.padded,
+                    y: &mut deltas.back,
+                    y_stride: below.stride,
+                    epilogue: Epilogue::None,
+                });
+                std::mem::swap(&mut deltas.front, &mut deltas.back);
+            }
+        }
+        tail_gradient(
+            selected,
+            hidden[0].padded,
+            hidden[0].stride,
+            transposed.tail,
+            &deltas.front,
+            &transposed.tail_rows,
+            d_tail,
+        );
+    }
+}
+
+/// Panelled `weight` (`inputs` × `units`) into panels of its transpose (`units` × padded `inputs`).
+fn transpose<T: Real>(weight: &[T], inputs: usize, units: usize, columns: usize, out: &mut [T]) {
+    let out_columns = padded(inputs);
+    for first in (0..out_columns).step_by(PANEL) {
+        let width = PANEL.min(out_columns - first);
+        let real = width.min(inputs.saturating_sub(first));
+        let out = &mut out[first * units..][..width * units];
+        for (panel, out) in out.chunks_mut(PANEL * width).enumerate() {
+            let source_width = PANEL.min(columns - panel * PANEL);
+            let source = &weight[panel * PANEL * inputs..][..inputs * source_width];
+            for (column, row) in source[first * source_width..]
+                .chunks_exact(source_width)
+                .take(real)
+                .enumerate()
+            {
+                for (out, &value) in out.chunks_exact_mut(width).zip(row) {
+                    out[column] = value;
+                }
+            }
+        }
+    }
+}
+
+/// Sum of eight partial sums in a fixed order.
+#[inline(always)]
+fn fold<T: Real>(lanes: [T; HALF_PANEL]) -> T {
+    let [a, b, c, d, e, f, g, h] = lanes;
+    ((a + e) + (c + g)) + ((b + f) + (d + h))
+}
+
+#[inline(always)]
+fn dot<T: Real>(a: &[T], b: &[T]) -> T {
+    let mut lanes = [T::ZERO; HALF_PANEL];
+    for (a, b) in a.chunks_exact(HALF_PANEL).zip(b.chunks_exact(HALF_PANEL)) {
+        for lane in 0..HALF_PANEL {
+            lanes[lane] += a[lane] * b[lane];
+        }
+    }
+    fold(lanes)
+}
+
+wide! {
+    /// out = X Wᵀ + bias, for the few rows of W that an output layer has.
+    fn project<T>(rows: usize, padded: usize, x: &[T], stride: usize, weight: &[T], bias: &[T], out: &mut [T]) {
+        for (x, out) in x.chunks(stride).take(rows).zip(out.chunks_exact_mut(bias.len())) {
+            for ((out, weight), &bias) in out.iter_mut().zip(weight.chunks_exact(padded)).zip(bias) {
+                *out = bias + dot(&x[..padded], weight);
+            }
+        }
+    }
+}
+
+wide! {
+    /// Gradient of the output layer's weights and biases.
+    fn project_weight_gradient<T>(
+        rows: usize,
+        padded: usize,
+        x: &[T],
+        stride: usize,
+        d_out: &[T],
+        weight: &mut [T],
+        bias: &mut [T],
+    ) {
+        let outputs = bias.len();
+        weight.fill(T::ZERO);
+        bias.fill(T::ZERO);
+        for (x, d_out) in x.chunks(stride).take(rows).zip(d_out.chunks_exact(outputs)) {
+            for ((weight, bias), &d_out) in weight.chunks_exact_mut(padded).zip(bias.iter_mut()).zip(d_out) {
+                *bias += d_out;
+                for (weight, &x) in weight.iter_mut().zip(&x[..padded]) {
+                    *weight += d_out * x;
+                }
+            }
+        }
+    }
+}
+
+wide! {
+    /// Derivative in the last hidden layer before its ReLU, given the layer's values after it.
+    fn project_back<T>(
+        rows: usize,
+        padded: usize,
+        stride: usize,
+        d_out: &[T],
+        weight: &[T],
+        value: &[T],
+        delta: &mut [T],
+    ) {
+        let outputs = weight.len() / padded;
+        for ((delta, value), d_out) in
+            delta.chunks_mut(stride).zip(value.chunks(stride)).take(rows).zip(d_out.chunks_exact(outputs))
+        {
+            let delta = &mut delta[..padded];
+            delta.fill(T::ZERO);
+            for (weight, &d_out) in weight.chunks_exact(padded).zip(d_out) {
+                for (delta, &weight) in delta.iter_mut().zip(weight) {
+                    *delta += d_out * weight;
+                }
+            }
+            for (delta, &value) in delta.iter_mut().zip(&value[..padded]) {
+                *delta = if value > T::ZERO { *delta } else { T::ZERO };
+            }
+        }
+    }
+}
+
+wide! {
+    /// Sum over rows: the gradient of a bias.
+    fn column_sums<T>(rows: usize, stride: usize, delta: &[T], sums: &mut [T]) {
+        sums.fill(T::ZERO);
+        for delta in delta.chunks(stride).take(rows) {
+            for (sum, &delta) in sums.iter_mut().zip(delta) {
+                *sum += delta;
+            }
+        }
+    }
+}
+
+wide! {
+    /// Layer normalisation and ReLU in place: value ← max(gain (value − mean) / deviation + shift, 0).
+    fn normalise<T>(
+        rows: usize,
+        units: usize,
+        stride: usize,
+        gain: &[T],
+        shift: &[T],
+        value: &mut [T],
+        normalised: &mut [T],
+        inverse_deviation: &mut [T],
+    ) {
+        let inverse_units = T::ONE / T::from_f64(units as f64);
+        let padded = gain.len();
+        for ((value, normalised), inverse_deviation) in value
+            .chunks_mut(stride)
+            .zip(normalised.chunks_mut(stride))
+            .zip(inverse_deviation)
+            .take(rows)
+        {
+            let (value, normalised) = (&mut value[..padded], &mut normalised[..padded]);
+            let mut lanes = [T::ZERO; HALF_PANEL];
+            for value in value.chunks_exact(HALF_PANEL) {
+                for lane in 0..HALF_PANEL {
+                    lanes[lane] += value[lane];
+                }
+            }
+            let mean = fold(lanes) * inverse_units;
+            for (normalised, &value) in normalised.iter_mut().zip(value.iter()) {
+                *normalised = value - mean;
+            }
+            // Padding is no unit: it must not enter the variance.
+            normalised[units..].fill(T::ZERO);
+            let variance = dot(normalised, normalised) * inverse_units;
+            let inverse = T::ONE / (variance + T::from_f64(LAYER_NORM_EPSILON)).sqrt();
+            *inverse_deviation = inverse;
+            for (((value, normalised), &gain), &shift) in
+                value.iter_mut().zip(normalised).zip(gain).zip(shift)
+            {
+                *normalised = *normalised * inverse;
+                let result = *normalised * gain + shift;
+                // Written so that NaN stays NaN and is noticed.
+                *value = if result < T::ZERO { T::ZERO } else { result };
+            }
+        }
+    }
+}
+
+wide! {
+    /// Gradient of gain and shift.
+    fn normalise_weight_gradient<T>(
+        rows: usize,
+        padded: usize,
+        stride: usize,
+        delta: &[T],
+        normalised: &[T],
+        gain: &mut [T],
+        shift: &mut [T],
+    ) {
+        gain.fill(T::ZERO);
+        shift.fill(T::ZERO);
+        for (delta, normalised) in delta.chunks(stride).zip(normalised.chunks(stride)).take(rows) {
+            for (((gain, shift), &delta), &normalised) in
+                gain.iter_mut().zip(shift.iter_mut()).zip(&delta[..padded]).zip(&normalised[..padded])
+            {
+                *gain += delta * normalised;
+                *shift += delta;
+            }
+        }
+    }
+}
+
+/// One row of the derivative through layer normalisation, in place:
+/// δ ← (g δ − mean(g δ) − x̂ mean(g δ x̂)) / deviation.
+#[inline(always)]
+fn normalise_row_back<T: Real>(
+    units: usize,
+    gain: &[T],
+    normalised: &[T],
+    inverse: T,
+    delta: &mut [T],
+) {
+    let inverse_units = T::ONE / T::from_f64(units as f64);
+    let mut sum = [T::ZERO; HALF_PANEL];
+    let mut product = [T::ZERO; HALF_PANEL];
+    for ((delta, gain), normalised) in delta
+        .chunks_exact_mut(HALF_PANEL)
+        .zip(gain.chunks_exact(HALF_PANEL))
+        .zip(normalised.chunks_exact(HALF_PANEL))
+    {
+        for lane in 0..HALF_PANEL {
+            let scaled = delta[lane] * gain[lane];
+            delta[lane] = scaled;
+            sum[lane] += scaled;
+            product[lane] += scaled * normalised[lane];
+        }
+    }
+    let mean = fold(sum) * inverse_units;
+    let product = fold(product) * inverse_units;
+    for (delta, &normalised) in delta.iter_mut().zip(normalised) {
+        *delta = (*delta - mean - normalised * product) * inverse;
+    }
+    // Gains of padding are zero, but the mean is not.
+    delta[units..].fill(T::ZERO);
+}
+
+wide! {
+    fn normalise_back<T>(
+        rows: usize,
+        units: usize,
+        stride: usize,
+        gain: &[T],
+        normalised: &[T],
+        inverse_deviation: &[T],
+        delta: &mut [T],
+    ) {
+        let padded = gain.len();
+        for ((delta, normalised), &inverse) in
+            delta.chunks_mut(stride).zip(normalised.chunks(stride)).zip(inverse_deviation).take(rows)
+        {
+            normalise_row_back(units, gain, &normalised[..padded], inverse, &mut delta[..padded]);
+        }
+    }
+}
+
+wide! {
+    fn normalise_back_selected<T>(
+        selected: &[usize],
+        units: usize,
+        stride: usize,
+        gain: &[T],
+        normalised: &[T],
+        inverse_deviation: &[T],
+        delta: &mut [T],
+    ) {
+        let padded = gain.len();
+        for (delta, &row) in delta.chunks_mut(stride).zip(selected) {
+            let normalised = &normalised[row * stride..][..padded];
+            normalise_row_back(units, gain, normalised, inverse_deviation[row], &mut delta[..padded]);
+        }
+    }
+}
+
+wide! {
+    /// Zero where the selected row of `value` is not positive.
+    fn mask_selected<T>(selected: &[usize], padded: usize, stride: usize, value: &[T], delta: &mut [T]) {
+        for (delta, &row) in delta.chunks_mut(stride).zip(selected) {
+            for (delta, &value) in delta[..padded].iter_mut().zip(&value[row * stride..]) {
+                *delta = if value > T::ZERO { *delta } else { T::ZERO };
+            }
+        }
+    }
+}
+
+wide! {
+    /// Derivative in the last inputs of the first layer, scattered to the selected rows.
+    fn tail_gradient<T>(
+        selected: &[usize],
+        padded: usize,
+        stride: usize,
+        tail: usize,
+        delta: &[T],
+        tail_rows: &[T],
+        d_tail: &mut [T],
+    ) {
+        for (delta, &row) in delta.chunks(stride).zip(selected) {
+            for (out, weight) in d_tail[row * tail..][..tail].iter_mut().zip(tail_rows.chunks_exact(padded)) {
+                *out = dot(&delta[..padded], weight);
+            }
+        }
+    }
+}

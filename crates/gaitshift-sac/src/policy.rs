@@ -1,0 +1,225 @@
+//! The actor alone: what a controller needs.
+
+use rand::Rng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+use crate::error::SacError;
+use crate::gaussian;
+use crate::learner::CHUNK;
+use crate::network::{Activations, Mlp, MlpShape, NamedTensor};
+use crate::random::fill_normal;
+use crate::replay::length;
+
+/// A policy network with its scratch; light enough to give each thread its own.
+#[derive(Clone, Debug)]
+pub struct Policy {
+    network: Mlp<f32>,
+    scratch: PolicyScratch,
+}
+
+/// Scratch of a policy's forward pass.
+#[derive(Clone, Debug)]
+pub(crate) struct PolicyScratch {
+    activations: Activations<f32>,
+    noise: Vec<f32>,
+}
+
+impl PolicyScratch {
+    pub fn new(network: &Mlp<f32>) -> Self {
+        let noise = vec![0.0; CHUNK * network.shape().outputs / 2];
+        Self {
+            activations: network.activations(CHUNK),
+            noise,
+        }
+    }
+
+    /// Draws actions and their log-probabilities for as many rows as `log_probs` has.
+    pub fn sample(
+        &mut self,
+        network: &Mlp<f32>,
+        observations: &[f32],
+        rng: &mut impl Rng,
+        actions: &mut [f32],
+        log_probs: &mut [f32],
+    ) -> Result<(), SacError> {
+        let (inputs, size) = (network.shape().inputs, network.shape().outputs / 2);
+        length("observations", observations.len(), log_probs.len() * inputs)?;
+        length("actions", actions.len(), log_probs.len() * size)?;
+        for ((observations, actions), log_probs) in observations
+            .chunks(CHUNK * inputs)
+            .zip(actions.chunks_mut(CHUNK * size))
+            .zip(log_probs.chunks_mut(CHUNK))
+        {
+            let rows = log_probs.len();
+            network.forward(rows, observations, inputs, &mut self.activations);
+            let noise = &mut self.noise[..rows * size];
+            fill_normal(rng, noise);
+            gaussian::sample(size, &self.activations.out, noise, actions, log_probs);
+        }
+        Ok(())
+    }
+
+    /// Mean actions for as many rows as `actions` has.
+    pub fn mean_action(
+        &mut self,
+        network: &Mlp<f32>,
+        observations: &[f32],
+        actions: &mut [f32],
+    ) -> Result<(), SacError> {
+        let (inputs, size) = (network.shape().inputs, network.shape().outputs / 2);
+        let rows = actions.len() / size;
+        length("actions", actions.len(), rows * size)?;
+        length("observations", observations.len(), rows * inputs)?;
+        for (observations, actions) in observations
+            .chunks(CHUNK * inputs)
+            .zip(actions.chunks_mut(CHUNK * size))
+        {
+            network.forward(
+                actions.len() / size,
+                observations,
+                inputs,
+                &mut self.activations,
+            );
+            gaussian::mean_action(size, &self.activations.out, actions);
+        }
+        Ok(())
+    }
+}
+
+impl Policy {
+    pub(crate) fn new(network: Mlp<f32>) -> Self {
+        Self {
+            scratch: PolicyScratch::new(&network),
+            network,
+        }
+    }
+
+    /// A policy from its named tensors, in the layout of [`Policy::tensors`].
+    ///
+    /// # Errors
+    /// Names the first tensor that is missing or has the wrong shape, or a size that is not possible.
+    pub fn from_tensors(
+        shape: MlpShape,
+        tensors: &[NamedTensor<f32>],
+    ) -> Result<Self, PolicyError> {
+        let sizes = |size: usize| (1..=1usize << 16).contains(&size);
+        let hidden = !shape.hidden.is_empty() && shape.hidden.iter().all(|&units| sizes(units));
+        if !(hidden
+            && sizes(shape.inputs)
+            && sizes(shape.outputs)
+            && shape.outputs.is_multiple_of(2))
+        {
+            return Err(PolicyError::Shape { shape });
+        }
+        let mut network = Mlp::zeros(shape);
+        for (name, shape) in network.tensor_shapes() {
+            let Some(tensor) = tensors.iter().find(|tensor| tensor.name == name) else {
+                return Err(PolicyError::Missing { name });
+            };
+            if tensor.shape != shape || tensor.values.len() != shape.iter().product::<usize>() {
+                return Err(PolicyError::TensorShape {
+                    name,
+                    expected: shape,
+                    found: tensor.shape.clone(),
+                });
+            }
+            if !tensor.values.iter().all(|value| value.is_finite()) {
+                return Err(PolicyError::NotFinite { name });
+            }
+        }
+        network.load_tensors(tensors);
+        Ok(Self::new(network))
+    }
+
+    /// Parameters by name (`layers.0.weight`, …, `output.bias`), weights as outputs × inputs; the outputs are the
+    /// means, then the logarithms of the deviations.
+    pub fn tensors(&self) -> Vec<NamedTensor<f32>> {
+        self.network.tensors()
+    }
+
+    /// Sizes of the network; it has two outputs per action.
+    pub fn shape(&self) -> &MlpShape {
+        self.network.shape()
+    }
+
+    /// Numbers per observation.
+    pub fn observation_size(&self) -> usize {
+        self.shape().inputs
+    }
+
+    /// Numbers per action.
+    pub fn action_size(&self) -> usize {
+        self.shape().outputs / 2
+    }
+
+    /// Deterministic actions tanh(mean) in (−1, 1), rows × action size, for rows × observation size.
+    ///
+    /// # Errors
+    /// When the lengths do not match.
+    pub fn mean_action(
+        &mut self,
+        observations: &[f32],
+        actions: &mut [f32],
+    ) -> Result<(), SacError> {
+        self.scratch
+            .mean_action(&self.network, observations, actions)
+    }
+
+    /// Random actions and their ln π, one per row.
+    ///
+    /// # Errors
+    /// When the lengths do not match.
+    pub fn sample(
+        &mut self,
+        observations: &[f32],
+        rng: &mut Xoshiro256PlusPlus,
+        actions: &mut [f32],
+        log_probs: &mut [f32],
+    ) -> Result<(), SacError> {
+        self.scratch
+            .sample(&self.network, observations, rng, actions, log_probs)
+    }
+}
+
+/// Why tensors make no policy.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PolicyError {
+    /// Impossible sizes.
+    #[error(
+        "a policy cannot have the sizes {shape:?}: every size must be from 1 to 65536, there must be a hidden layer, \
+         and two outputs per action"
+    )]
+    Shape {
+        /// The sizes.
+        shape: MlpShape,
+    },
+    /// A tensor is missing.
+    #[error(
+        "the policy's tensor `{name}` is missing: the file is incomplete or of another program"
+    )]
+    Missing {
+        /// Its name.
+        name: String,
+    },
+    /// A tensor has the wrong shape.
+    #[error(
+        "the policy's tensor `{name}` has the shape {found:?}, but its sizes ask for {expected:?}"
+    )]
+    TensorShape {
+        /// Its name.
+        name: String,
+        /// By the sizes.
+        expected: Vec<usize>,
+        /// In the file.
+        found: Vec<usize>,
+    },
+    /// A parameter is not finite.
+    #[error(
+        "the policy's tensor `{name}` holds a number that is not finite: it comes from a diverged training"
+    )]
+    NotFinite {
+        /// Its name.
+        name: String,
+    },
+}

@@ -1,0 +1,177 @@
+//! The scalar type of the network code and the memory it lives in.
+//!
+//! The learner runs in `f32`. The same code runs in `f64` so that every gradient can be compared with
+//! finite differences without the comparison drowning in rounding.
+
+use std::fmt::Debug;
+use std::ops::{Add, AddAssign, Deref, DerefMut, Div, Mul, Neg, Sub, SubAssign};
+
+use crate::dense::{self, MatMul, Outer};
+
+/// A scalar of the network code: `f32` in use, `f64` to check gradients.
+pub trait Real:
+    Copy
+    + Default
+    + Debug
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// Nearest value to `value`.
+    fn from_f64(value: f64) -> Self;
+    /// The value as `f64`, exactly.
+    fn to_f64(self) -> f64;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// e to the power of `self`.
+    fn exp(self) -> Self;
+    /// ln(1 + self).
+    fn ln_1p(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Matrix product of the fastest kernel this processor has (see [`dense::matmul`]).
+    fn matmul(product: MatMul<'_, Self>) {
+        dense::matmul_portable(product);
+    }
+    /// Outer product of the fastest kernel this processor has (see [`dense::outer`]).
+    fn outer(product: Outer<'_, Self>) {
+        dense::outer_portable(product);
+    }
+}
+
+macro_rules! real {
+    ($float:ty { $($kernels:tt)* }) => {
+        impl Real for $float {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            #[inline(always)]
+            fn from_f64(value: f64) -> Self {
+                value as $float
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$float>::sqrt(self)
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                <$float>::exp(self)
+            }
+            #[inline(always)]
+            fn ln_1p(self) -> Self {
+                <$float>::ln_1p(self)
+            }
+            #[inline(always)]
+            fn tanh(self) -> Self {
+                <$float>::tanh(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$float>::abs(self)
+            }
+            $($kernels)*
+        }
+    };
+}
+
+real!(f64 {});
+real!(f32 {
+    fn matmul(product: MatMul<'_, Self>) {
+        dense::matmul_f32(product);
+    }
+    fn outer(product: Outer<'_, Self>) {
+        dense::outer_f32(product);
+    }
+});
+
+/// Compiles a function twice, once for any processor and once with AVX2 and FMA enabled, and picks at
+/// run time. The compiler's own vectoriser then uses the wide registers; the arithmetic and its order
+/// are the same, so both give the same bits.
+macro_rules! wide {
+    (
+        $(#[$attribute:meta])*
+        $visibility:vis fn $name:ident<$scalar:ident>($($argument:ident: $kind:ty),* $(,)?) $(-> $result:ty)? $body:block
+    ) => {
+        $(#[$attribute])*
+        $visibility fn $name<$scalar: $crate::real::Real>($($argument: $kind),*) $(-> $result)? {
+            #[inline(always)]
+            #[allow(clippy::too_many_arguments)]
+            fn any<$scalar: $crate::real::Real>($($argument: $kind),*) $(-> $result)? $body
+
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2,fma")]
+                #[allow(clippy::too_many_arguments)]
+                fn avx2<$scalar: $crate::real::Real>($($argument: $kind),*) $(-> $result)? {
+                    any($($argument),*)
+                }
+                if $crate::dense::has_avx2_fma() {
+                    // SAFETY: the processor has the features the function was compiled for.
+                    return unsafe { avx2($($argument),*) };
+                }
+            }
+            any($($argument),*)
+        }
+    };
+}
+pub(crate) use wide;
+
+/// Scalars per aligned line of memory (one cache line of `f32`).
+pub const LINE: usize = 16;
+
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug)]
+struct Line<T>([T; LINE]);
+
+/// A fixed-size vector whose first element lies at the start of a cache line, so that the vector loads of
+/// the kernels never straddle two lines.
+#[derive(Clone, Debug)]
+pub struct Buffer<T> {
+    lines: Vec<Line<T>>,
+    len: usize,
+}
+
+impl<T: Real> Buffer<T> {
+    /// `len` zeros.
+    pub fn zeros(len: usize) -> Self {
+        Self {
+            lines: vec![Line([T::ZERO; LINE]); len.div_ceil(LINE)],
+            len,
+        }
+    }
+}
+
+impl<T> Deref for Buffer<T> {
+    type Target = [T];
+    #[inline(always)]
+    fn deref(&self) -> &[T] {
+        // SAFETY: `Line<T>` is `LINE` scalars without padding (repr(C), 64 or 128 bytes), and
+        // `len` is at most `lines.len() * LINE`.
+        unsafe { std::slice::from_raw_parts(self.lines.as_ptr().cast(), self.len) }
+    }
+}
+
+impl<T> DerefMut for Buffer<T> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [T] {
+        // SAFETY: as above, and `self` is borrowed mutably.
+        unsafe { std::slice::from_raw_parts_mut(self.lines.as_mut_ptr().cast(), self.len) }
+    }
+}

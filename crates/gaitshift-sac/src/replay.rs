@@ -1,0 +1,426 @@
+//! Replay buffer of several environments stepped together.
+//!
+//! A ring of time rows; each row holds one transition of every stream (environment), so the successor of a
+//! transition is one row further in the same stream and an n-step window is a walk along it. The time
+//! limit is *truncation*: the window stops and bootstraps. Only termination cuts the future off.
+
+use rand::Rng;
+
+use crate::config::require;
+use crate::error::SacError;
+use crate::mirror::{Mirror, reflect};
+use crate::random::below;
+use crate::real::Real;
+
+/// Numbers of a transition besides observations and action.
+const EXTRAS: usize = 4;
+const LOG_PROB: usize = 0;
+const REWARD: usize = 1;
+const ENTROPY_SCALE: usize = 2;
+const FLAGS: usize = 3;
+
+/// Flags, stored as small whole numbers in an `f32`.
+const TERMINATED: u32 = 1;
+const TRUNCATED: u32 = 2;
+const INVALID: u32 = 4;
+
+/// One step of all streams, stream after stream.
+#[derive(Clone, Copy, Debug)]
+pub struct Transitions<'a> {
+    /// Streams × observation size: where the action was taken.
+    pub observations: &'a [f32],
+    /// Streams × action size.
+    pub actions: &'a [f32],
+    /// ln π of each action under the policy that took it; used for n-step sums only.
+    pub log_probs: &'a [f32],
+    /// Rewards.
+    pub rewards: &'a [f32],
+    /// Factor on α for each transition; a task that scales its reward for one command scales the entropy
+    /// alike. 1 otherwise.
+    pub entropy_scales: &'a [f32],
+    /// Streams × observation size: where the action led, before any reset.
+    pub next_observations: &'a [f32],
+    /// The task ended: nothing follows.
+    pub terminated: &'a [bool],
+    /// The episode was cut off: something would have followed.
+    pub truncated: &'a [bool],
+    /// False for a step that must not be learned from (a diverged simulation); it is kept in the
+    /// ring as a gap, and its numbers are not looked at.
+    pub valid: &'a [bool],
+}
+
+/// How windows are formed and mirrored.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampling<'a> {
+    /// Greatest number of rewards summed, at least 1.
+    pub n_step: usize,
+    /// Discount per step.
+    pub gamma: f64,
+    /// Weight of the entropy of the steps within a window.
+    pub alpha: f64,
+    /// Mirror and how many rows at the end of the batch are replaced by their mirror image.
+    pub mirrored: Option<(&'a Mirror, usize)>,
+}
+
+/// Transitions to learn from, row by row.
+#[derive(Clone, Debug, Default)]
+pub struct Batch<T> {
+    /// Rows × observation size.
+    pub observations: Vec<T>,
+    /// Rows × action size.
+    pub actions: Vec<T>,
+    /// Reward sums R = Σ γ^k r_k − α Σ_{k≥1} γ^k c_k ln π_k.
+    pub rewards: Vec<T>,
+    /// Factor on the value of the next observation: γ^steps, or 0 after termination.
+    pub discounts: Vec<T>,
+    /// Factor on α of the first step, for the actor's loss.
+    pub entropy_scales: Vec<T>,
+    /// Factor on α of the last step of the window, for the value bootstrapped from.
+    pub next_entropy_scales: Vec<T>,
+    /// Rows × observation size: where the window ended.
+    pub next_observations: Vec<T>,
+}
+
+impl<T: Real> Batch<T> {
+    /// A batch of zeros.
+    pub fn zeros(rows: usize, observation_size: usize, action_size: usize) -> Self {
+        let column = || vec![T::ZERO; rows];
+        Self {
+            observations: vec![T::ZERO; rows * observation_size],
+            actions: vec![T::ZERO; rows * action_size],
+            rewards: column(),
+            discounts: column(),
+            entropy_scales: column(),
+            next_entropy_scales: column(),
+            next_observations: vec![T::ZERO; rows * observation_size],
+        }
+    }
+
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.rewards.len()
+    }
+}
+
+/// Ring of transitions; see the module's description.
+#[derive(Clone, Debug)]
+pub struct ReplayBuffer {
+    pub(crate) observation_size: usize,
+    pub(crate) action_size: usize,
+    pub(crate) streams: usize,
+    /// Time rows of the ring.
+    pub(crate) rows: usize,
+    /// Time rows written so far, at most `rows`.
+    pub(crate) filled: usize,
+    /// Time row written next.
+    pub(crate) head: usize,
+    /// Valid transitions held.
+    pub(crate) valid: usize,
+    /// Slot after slot: observation, action, next observation, extras.
+    pub(crate) data: Vec<f32>,
+}
+
+impl ReplayBuffer {
+    /// An empty buffer of at most `capacity` transitions (rounded down to whole time rows) of `streams`
+    /// environments.
+    ///
+    /// # Errors
+    /// When a size is 0 or the capacity does not hold one row.
+    pub fn new(
+        capacity: usize,
+        streams: usize,
+        observation_size: usize,
+        action_size: usize,
+    ) -> Result<Self, SacError> {
+        let sizes = 1..=1usize << 16;
+        require(
+            sizes.contains(&streams),
+            "streams",
+            &streams,
+            "from 1 to 65536",
+        )?;
+        require(
+            sizes.contains(&observation_size),
+            "observation_size",
+            &observation_size,
+            "from 1 to 65536",
+        )?;
+        require(
+            sizes.contains(&action_size),
+            "action_size",
+            &action_size,
+            "from 1 to 65536",
+        )?;
+        let width = 2 * observation_size + action_size + EXTRAS;
+        let fits = capacity >= streams
+            && capacity
+                .checked_mul(width * 4)
+                .is_some_and(|b| b < isize::MAX as usize);
+        require(
+            fits,
+            "replay_capacity",
+            &capacity,
+            "at least the number of streams and small enough for memory",
+        )?;
+        let rows = capacity / streams;
+        let data = vec![0.0; rows * streams * width];
+        Ok(Self {
+            observation_size,
+            action_size,
+            streams,
+            rows,
+            filled: 0,
+            head: 0,
+            valid: 0,
+            data,
+        })
+    }
+
+    /// Transitions held, gaps included.
+    pub fn len(&self) -> usize {
+        self.filled * self.streams
+    }
+
+    /// Whether nothing was stored yet.
+    pub fn is_empty(&self) -> bool {
+        self.filled == 0
+    }
+
+    /// Transitions that can be sampled.
+    pub fn valid_len(&self) -> usize {
+        self.valid
+    }
+
+    /// Greatest number of transitions.
+    pub fn capacity(&self) -> usize {
+        self.rows * self.streams
+    }
+
+    /// Environments.
+    pub fn streams(&self) -> usize {
+        self.streams
+    }
+
+    /// Numbers per observation.
+    pub fn observation_size(&self) -> usize {
+        self.observation_size
+    }
+
+    /// Numbers per action.
+    pub fn action_size(&self) -> usize {
+        self.action_size
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        (self.filled, self.head, self.valid) = (0, 0, 0);
+    }
+
+    pub(crate) fn width(&self) -> usize {
+        2 * self.observation_size + self.action_size + EXTRAS
+    }
+
+    /// Name, offset in a slot and size of each part of a transition.
+    pub(crate) fn columns(&self) -> [(&'static str, usize, usize); 7] {
+        let (observation, action) = (self.observation_size, self.action_size);
+        let extras = self.width() - EXTRAS;
+        [
+            ("observations", 0, observation),
+            ("actions", observation, action),
+            ("next_observations", observation + action, observation),
+            ("log_probs", extras + LOG_PROB, 1),
+            ("rewards", extras + REWARD, 1),
+            ("entropy_scales", extras + ENTROPY_SCALE, 1),
+            ("flags", extras + FLAGS, 1),
+        ]
+    }
+
+    /// Brings the count of valid transitions up to date with the data.
+    pub(crate) fn count_valid(&mut self) {
+        self.valid = (0..self.len())
+            .filter(|&slot| self.flags(slot) & INVALID == 0)
+            .count();
+    }
+
+    fn slot(&self, slot: usize) -> &[f32] {
+        let width = self.width();
+        &self.data[slot * width..][..width]
+    }
+
+    fn flags(&self, slot: usize) -> u32 {
+        self.slot(slot)[self.width() - EXTRAS + FLAGS] as u32
+    }
+
+    /// Stores one step of every stream, over the oldest where the ring is full.
+    ///
+    /// # Errors
+    /// When a slice has the wrong length, or a valid transition holds a number that is not finite; nothing is
+    /// stored then.
+    pub fn push(&mut self, step: Transitions<'_>) -> Result<(), SacError> {
+        let (streams, observation_size, action_size) =
+            (self.streams, self.observation_size, self.action_size);
+        let floats = [
+            ("observations", step.observations, observation_size),
+            ("actions", step.actions, action_size),
+            ("log_probs", step.log_probs, 1),
+            ("rewards", step.rewards, 1),
+            ("entropy_scales", step.entropy_scales, 1),
+            (
+                "next_observations",
+                step.next_observations,
+                observation_size,
+            ),
+        ];
+        let flags = [
+            ("terminated", step.terminated),
+            ("truncated", step.truncated),
+            ("valid", step.valid),
+        ];
+        for (what, slice) in flags {
+            length(what, slice.len(), streams)?;
+        }
+        for (what, slice, size) in floats {
+            length(what, slice.len(), streams * size)?;
+            for (stream, values) in slice.chunks_exact(size).enumerate() {
+                if step.valid[stream] && !values.iter().all(|value| value.is_finite()) {
+                    return Err(SacError::NotFinite { what, stream });
+                }
+            }
+        }
+
+        let width = self.width();
+        for stream in 0..streams {
+            let slot = self.head * streams + stream;
+            if self.filled == self.rows && self.flags(slot) & INVALID == 0 {
+                self.valid -= 1;
+            }
+            let (observation, rest) =
+                self.data[slot * width..][..width].split_at_mut(observation_size);
+            let (action, rest) = rest.split_at_mut(action_size);
+            let (next_observation, extras) = rest.split_at_mut(observation_size);
+            let row = |size: usize| stream * size..(stream + 1) * size;
+            observation.copy_from_slice(&step.observations[row(observation_size)]);
+            action.copy_from_slice(&step.actions[row(action_size)]);
+            next_observation.copy_from_slice(&step.next_observations[row(observation_size)]);
+            let mut flags = 0;
+            for (set, flag) in [
+                (step.terminated[stream], TERMINATED),
+                (step.truncated[stream], TRUNCATED),
+                (!step.valid[stream], INVALID),
+            ] {
+                flags |= if set { flag } else { 0 };
+            }
+            extras[LOG_PROB] = step.log_probs[stream];
+            extras[REWARD] = step.rewards[stream];
+            extras[ENTROPY_SCALE] = step.entropy_scales[stream];
+            extras[FLAGS] = flags as f32;
+            self.valid += usize::from(step.valid[stream]);
+        }
+        self.head = (self.head + 1) % self.rows;
+        self.filled = (self.filled + 1).min(self.rows);
+        Ok(())
+    }
+
+    /// Fills `batch` with windows that start at transitions drawn uniformly from the valid ones.
+    ///
+    /// A window runs until it has `n_step` rewards, a terminated or truncated step, the newest row or a gap,
+    /// and bootstraps from the observation it ends in unless it terminated.
+    ///
+    /// # Errors
+    /// When no valid transition is held.
+    pub fn sample(
+        &self,
+        rng: &mut impl Rng,
+        sampling: &Sampling<'_>,
+        batch: &mut Batch<f32>,
+    ) -> Result<(), SacError> {
+        if self.valid == 0 {
+            return Err(SacError::EmptyReplay);
+        }
+        for row in 0..batch.rows() {
+            let slot = loop {
+                let slot = below(rng, self.len());
+                if self.flags(slot) & INVALID == 0 {
+                    break slot;
+                }
+            };
+            self.gather(slot, sampling, row, batch);
+        }
+        Ok(())
+    }
+
+    /// Writes the window that starts at `slot` to row `row` of `batch`.
+    fn gather(&self, slot: usize, sampling: &Sampling<'_>, row: usize, batch: &mut Batch<f32>) {
+        let (observation_size, action_size) = (self.observation_size, self.action_size);
+        let mirror = sampling
+            .mirrored
+            .filter(|&(_, mirrored)| row + mirrored >= batch.rows())
+            .map(|(mirror, _)| mirror);
+        let copy = |map: Option<&[(usize, f32)]>, from: &[f32], to: &mut [f32]| match map {
+            Some(map) => reflect(map, from, to),
+            None => to.copy_from_slice(from),
+        };
+        let observation_map = mirror.map(|mirror| &mirror.observation[..]);
+        let action_map = mirror.map(|mirror| &mirror.action[..]);
+
+        let first = self.slot(slot);
+        let observations = &mut batch.observations[row * observation_size..][..observation_size];
+        copy(observation_map, &first[..observation_size], observations);
+        let actions = &mut batch.actions[row * action_size..][..action_size];
+        copy(
+            action_map,
+            &first[observation_size..][..action_size],
+            actions,
+        );
+        batch.entropy_scales[row] = first[self.width() - EXTRAS + ENTROPY_SCALE];
+
+        let newest = (self.head + self.rows - 1) % self.rows;
+        let mut slot = slot;
+        let mut sum = 0.0;
+        let mut discount = 1.0;
+        let mut steps = 0;
+        let (last, terminated) = loop {
+            let transition = self.slot(slot);
+            let extras = &transition[self.width() - EXTRAS..];
+            let mut reward = f64::from(extras[REWARD]);
+            if steps > 0 {
+                reward -=
+                    sampling.alpha * f64::from(extras[ENTROPY_SCALE]) * f64::from(extras[LOG_PROB]);
+            }
+            sum += discount * reward;
+            discount *= sampling.gamma;
+            steps += 1;
+            let flags = extras[FLAGS] as u32;
+            let time = slot / self.streams;
+            let ended =
+                flags & (TERMINATED | TRUNCATED) != 0 || steps >= sampling.n_step || time == newest;
+            let next = (slot + self.streams) % self.capacity();
+            if ended || self.flags(next) & INVALID != 0 {
+                break (transition, flags & TERMINATED != 0);
+            }
+            slot = next;
+        };
+        batch.rewards[row] = sum as f32;
+        batch.discounts[row] = if terminated { 0.0 } else { discount as f32 };
+        batch.next_entropy_scales[row] = last[self.width() - EXTRAS + ENTROPY_SCALE];
+        let next_observations =
+            &mut batch.next_observations[row * observation_size..][..observation_size];
+        copy(
+            observation_map,
+            &last[observation_size + action_size..][..observation_size],
+            next_observations,
+        );
+    }
+}
+
+pub(crate) fn length(what: &'static str, found: usize, expected: usize) -> Result<(), SacError> {
+    if found == expected {
+        Ok(())
+    } else {
+        Err(SacError::Length {
+            what,
+            found,
+            expected,
+        })
+    }
+}

@@ -1,0 +1,248 @@
+//! Persistent worker threads that share out numbered tasks.
+//!
+//! An update takes well under a millisecond, so threads cannot be spawned inside it. Workers wait by
+//! spinning for a moment (the next phase of an update follows within microseconds), then by yielding, then
+//! they park, so that an idle learner does not burn a core. The calling thread works too and never
+//! waits for a worker that sleeps: it only waits for tasks already begun.
+//!
+//! Which thread runs a task is left to chance; results must not depend on it, and do not, because each task
+//! owns what it writes and sums over tasks are taken in task order.
+
+use std::cell::UnsafeCell;
+use std::hint;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::thread::{self, JoinHandle};
+
+/// Polls before a worker starts to yield, some tens of microseconds.
+const SPINS: u32 = 4_000;
+/// Yields before a worker parks.
+const YIELDS: u32 = 20;
+/// Polls between yields of the calling thread while it waits for the last tasks.
+const CALLER_SPINS: u32 = 2_000;
+
+/// Tasks of one call; fits the packed counter.
+const MAX_TASKS: usize = u16::MAX as usize - 1;
+
+type Task = *const (dyn Fn(usize) + Sync);
+
+struct Shared {
+    /// Generation (upper 32 bits), number of tasks (16) and next task (16), so that a claim is valid
+    /// for exactly the call that published it.
+    ticket: AtomicU64,
+    task: UnsafeCell<Option<Task>>,
+    done: AtomicUsize,
+    panicked: AtomicBool,
+    stop: AtomicBool,
+    sleeping: Vec<AtomicBool>,
+}
+
+// SAFETY: `task` is written only while no claim of the previous call is outstanding, and read only under
+// a valid claim; the pointee is `Sync`.
+unsafe impl Sync for Shared {}
+// SAFETY: as above.
+unsafe impl Send for Shared {}
+
+impl Shared {
+    /// Runs one task if one is left.
+    fn work(&self) -> bool {
+        let mut ticket = self.ticket.load(Ordering::Acquire);
+        loop {
+            let (next, tasks) = (ticket & 0xffff, (ticket >> 16) & 0xffff);
+            if next >= tasks {
+                return false;
+            }
+            match self.ticket.compare_exchange_weak(
+                ticket,
+                ticket + 1,
+                Ordering::AcqRel,
+                Ordering::Acquire,
+            ) {
+                Err(current) => ticket = current,
+                Ok(_) => {
+                    // SAFETY: the claimed task is not done, so `run` has not returned: the pointer was
+                    // written before the ticket was published and its pointee is alive.
+                    let task = unsafe { (*self.task.get()).map(|task| &*task) };
+                    let outcome = catch_unwind(AssertUnwindSafe(|| {
+                        if let Some(task) = task {
+                            task(next as usize);
+                        }
+                    }));
+                    if outcome.is_err() {
+                        self.panicked.store(true, Ordering::Relaxed);
+                    }
+                    self.done.fetch_add(1, Ordering::Release);
+                    return true;
+                }
+            }
+        }
+    }
+
+    fn wait_for_work(&self, worker: usize) {
+        let mut idle = 0;
+        while !self.stop.load(Ordering::Relaxed) {
+            if self.work() {
+                idle = 0;
+                continue;
+            }
+            idle += 1;
+            if idle < SPINS {
+                hint::spin_loop();
+            } else if idle < SPINS + YIELDS {
+                thread::yield_now();
+            } else {
+                // Announce sleep, then look once more: either this look sees the new ticket or the
+                // publisher sees the announcement.
+                self.sleeping[worker].store(true, Ordering::SeqCst);
+                let ticket = self.ticket.load(Ordering::SeqCst);
+                let left = (ticket & 0xffff) < ((ticket >> 16) & 0xffff);
+                if !left && !self.stop.load(Ordering::SeqCst) {
+                    thread::park();
+                }
+                self.sleeping[worker].store(false, Ordering::SeqCst);
+                idle = 0;
+            }
+        }
+    }
+}
+
+/// A team of `threads` threads, the calling one included.
+pub struct Workers {
+    shared: Arc<Shared>,
+    handles: Vec<JoinHandle<()>>,
+}
+
+impl std::fmt::Debug for Workers {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("Workers")
+            .field("threads", &self.threads())
+            .finish()
+    }
+}
+
+impl Workers {
+    /// Starts `threads - 1` workers. Where the system refuses a thread the team is smaller, which changes
+    /// the speed and nothing else.
+    pub fn new(threads: usize) -> Self {
+        let workers = threads.saturating_sub(1);
+        let shared = Arc::new(Shared {
+            ticket: AtomicU64::new(0),
+            task: UnsafeCell::new(None),
+            done: AtomicUsize::new(0),
+            panicked: AtomicBool::new(false),
+            stop: AtomicBool::new(false),
+            sleeping: (0..workers).map(|_| AtomicBool::new(false)).collect(),
+        });
+        let handles = (0..workers)
+            .map_while(|worker| {
+                let shared = Arc::clone(&shared);
+                thread::Builder::new()
+                    .name(format!("sac-worker-{worker}"))
+                    .spawn(move || shared.wait_for_work(worker))
+                    .ok()
+            })
+            .collect();
+        Self { shared, handles }
+    }
+
+    /// Threads in the team.
+    pub fn threads(&self) -> usize {
+        self.handles.len() + 1
+    }
+
+    /// Calls `task` once for each number below `tasks`, on whichever thread is free, and returns when
+    /// all are done. Takes `&mut self` so that calls cannot overlap.
+    pub fn run(&mut self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
+        if self.handles.is_empty() || tasks <= 1 {
+            (0..tasks).for_each(task);
+            return;
+        }
+        assert!(tasks <= MAX_TASKS);
+        let shared = &*self.shared;
+        // SAFETY: no claim is outstanding, see `Shared`. The lifetime of `task` is erased; the borrow
+        // outlives every use because this function returns only when all tasks are done.
+        unsafe {
+            *shared.task.get() = Some(std::mem::transmute::<&(dyn Fn(usize) + Sync), Task>(task));
+        }
+        shared.done.store(0, Ordering::Relaxed);
+        let generation = (shared.ticket.load(Ordering::Relaxed) >> 32).wrapping_add(1);
+        shared.ticket.store(
+            (generation << 32) | ((tasks as u64) << 16),
+            Ordering::SeqCst,
+        );
+        for (sleeping, handle) in shared.sleeping.iter().zip(&self.handles) {
+            if sleeping.load(Ordering::SeqCst) {
+                handle.thread().unpark();
+            }
+        }
+        while shared.work() {}
+        let mut polls = 0;
+        while shared.done.load(Ordering::Acquire) < tasks {
+            polls += 1;
+            if polls % CALLER_SPINS == 0 {
+                thread::yield_now();
+            } else {
+                hint::spin_loop();
+            }
+        }
+        assert!(
+            !shared.panicked.load(Ordering::Relaxed),
+            "a task of the learner panicked"
+        );
+    }
+
+    /// Calls `task` once for each element with sole access to it.
+    pub fn for_each<E: Send>(&mut self, elements: &mut [E], task: impl Fn(usize, &mut E) + Sync) {
+        let count = elements.len();
+        let elements = Disjoint::new(elements);
+        self.run(count, &|index| {
+            // SAFETY: `run` passes each index once.
+            let element = unsafe { &mut elements.range(index, index + 1)[0] };
+            task(index, element);
+        });
+    }
+}
+
+impl Drop for Workers {
+    fn drop(&mut self) {
+        self.shared.stop.store(true, Ordering::SeqCst);
+        for handle in self.handles.drain(..) {
+            handle.thread().unpark();
+            // A worker cannot panic outside a task, and those panics are caught.
+            let _ = handle.join();
+        }
+    }
+}
+
+/// A mutable slice handed out to tasks in pieces.
+pub(crate) struct Disjoint<'a, E> {
+    start: *mut E,
+    len: usize,
+    borrow: std::marker::PhantomData<&'a mut [E]>,
+}
+
+// SAFETY: hands out `&mut E` to other threads, sound for `E: Send`.
+unsafe impl<E: Send> Sync for Disjoint<'_, E> {}
+
+impl<'a, E> Disjoint<'a, E> {
+    pub fn new(slice: &'a mut [E]) -> Self {
+        Self {
+            start: slice.as_mut_ptr(),
+            len: slice.len(),
+            borrow: std::marker::PhantomData,
+        }
+    }
+
+    /// The elements `from..to`.
+    ///
+    /// # Safety
+    /// No two pieces alive at the same time may overlap.
+    #[allow(clippy::mut_from_ref)]
+    pub unsafe fn range(&self, from: usize, to: usize) -> &'a mut [E] {
+        assert!(from <= to && to <= self.len);
+        // SAFETY: in bounds; disjointness is the caller's.
+        unsafe { std::slice::from_raw_parts_mut(self.start.add(from), to - from) }
+    }
+}

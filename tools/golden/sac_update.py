@@ -1,0 +1,224 @@
+"""Records whole Soft Actor-Critic updates made by PyTorch, as golden values for the Rust learner.
+
+    python -m venv .venv && .venv/bin/pip install -r tools/golden/requirements.txt
+    .venv/bin/python tools/golden/sac_update.py crates/gaitshift-sac/tests/golden
+
+Everything PyTorch offers is taken from PyTorch: layers, layer normalisation, the tanh-transformed normal
+distribution, automatic differentiation, gradient clipping, Adam. Written in float64, so that the Rust code run
+in f64 must agree to rounding.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import torch
+from safetensors.torch import save_file
+from torch import nn
+from torch.distributions import Normal, TransformedDistribution
+from torch.distributions.transforms import TanhTransform
+from torch.nn import functional
+
+OBSERVATIONS, ACTIONS, ROWS, UPDATES = 5, 2, 70, 3
+LOG_DEVIATION = (-5.0, 2.0)
+MIRROR = {
+    "observation": [[0, 1.0], [2, 1.0], [1, 1.0], [3, -1.0], [4, 1.0]],
+    "action": [[1, 1.0], [0, 1.0]],
+}
+CASES = {
+    "plain": dict(
+        actor_hidden=[12, 10], critic_hidden=[12, 10], actor_layer_norm=False, critic_layer_norm=False,
+        learning_rate=1e-3, tau=0.005, temperature=dict(kind="fixed", alpha=0.2), mirror_loss_weight=0.0,
+        actor_average_decay=0.0, max_grad_norm=None, actor_every=1,
+    ),
+    "all_options": dict(
+        actor_hidden=[10, 9], critic_hidden=[11, 12, 8], actor_layer_norm=True, critic_layer_norm=True,
+        learning_rate=3e-3, tau=0.02,
+        temperature=dict(kind="auto", initial=0.4, target_entropy=-2.0, learning_rate=5e-3),
+        mirror_loss_weight=0.8, actor_average_decay=0.9, max_grad_norm=0.05, actor_every=2,
+    ),
+}
+
+
+class Network(nn.Module):
+    """[linear, layer norm?, ReLU] per hidden layer, then linear; parameters named as the Rust code names them."""
+
+    def __init__(self, inputs, hidden, outputs, layer_norm):
+        super().__init__()
+        self.layers = nn.ModuleList()
+        for units in hidden:
+            layer = nn.Linear(inputs, units)
+            if layer_norm:
+                layer.norm = nn.LayerNorm(units)
+                nn.init.uniform_(layer.norm.weight, 0.5, 1.5)
+                nn.init.uniform_(layer.norm.bias, -0.5, 0.5)
+            self.layers.append(layer)
+            inputs = units
+        self.output = nn.Linear(inputs, outputs)
+
+    def forward(self, x):
+        for layer in self.layers:
+            x = functional.linear(x, layer.weight, layer.bias)
+            if hasattr(layer, "norm"):
+                x = layer.norm(x)
+            x = functional.relu(x)
+        return self.output(x)
+
+
+def sample(actor, observations, noise):
+    mean, log_deviation = actor(observations).chunk(2, dim=-1)
+    deviation = log_deviation.clamp(*LOG_DEVIATION).exp()
+    distribution = TransformedDistribution(Normal(mean, deviation), TanhTransform(cache_size=1))
+    actions = torch.tanh(mean + deviation * noise)
+    return actions, distribution.log_prob(actions).sum(-1)
+
+
+def sample_through_cache(actor, observations, noise):
+    """As `sample`, but the transform remembers u, so that atanh(tanh(u)) loses nothing."""
+    mean, log_deviation = actor(observations).chunk(2, dim=-1)
+    deviation = log_deviation.clamp(*LOG_DEVIATION).exp()
+    transform = TanhTransform(cache_size=1)
+    distribution = TransformedDistribution(Normal(mean, deviation), transform)
+    actions = transform(mean + deviation * noise)
+    return actions, distribution.log_prob(actions).sum(-1)
+
+
+def mirrored(values, table):
+    index = [source for source, _ in table]
+    sign = torch.tensor([sign for _, sign in table], dtype=values.dtype)
+    return values[..., index] * sign
+
+
+def record(case, settings):
+    torch.manual_seed(20240229)
+    tensors = {}
+
+    def keep(name, value):
+        tensors[name] = value.detach().clone().contiguous()
+
+    def keep_network(prefix, network):
+        for name, parameter in network.named_parameters():
+            keep(f"{prefix}.{name}", parameter)
+
+    def keep_gradient(prefix, network):
+        for name, parameter in network.named_parameters():
+            keep(f"{prefix}.{name}", parameter.grad)
+
+    actor = Network(OBSERVATIONS, settings["actor_hidden"], 2 * ACTIONS, settings["actor_layer_norm"])
+    critics, targets = (
+        [
+            Network(OBSERVATIONS + ACTIONS, settings["critic_hidden"], 1, settings["critic_layer_norm"])
+            for _ in range(2)
+        ]
+        for _ in range(2)
+    )
+    average = Network(OBSERVATIONS, settings["actor_hidden"], 2 * ACTIONS, settings["actor_layer_norm"])
+    average.load_state_dict(actor.state_dict())
+    for prefix, network in [
+        ("actor", actor), ("critic_1", critics[0]), ("critic_2", critics[1]),
+        ("target_1", targets[0]), ("target_2", targets[1]),
+    ]:
+        keep_network(f"start.{prefix}", network)
+
+    rate = settings["learning_rate"]
+    actor_adam = torch.optim.Adam(actor.parameters(), lr=rate)
+    critic_adam = torch.optim.Adam([p for critic in critics for p in critic.parameters()], lr=rate)
+    temperature = settings["temperature"]
+    automatic = temperature["kind"] == "auto"
+    log_alpha = torch.tensor(temperature["initial"] if automatic else temperature["alpha"]).log().requires_grad_()
+    alpha_adam = torch.optim.Adam([log_alpha], lr=temperature.get("learning_rate", 1.0))
+
+    for update in range(1, UPDATES + 1):
+        at = f"update_{update}"
+        observations = torch.randn(ROWS, OBSERVATIONS)
+        next_observations = torch.randn(ROWS, OBSERVATIONS)
+        actions = torch.rand(ROWS, ACTIONS) * 2 - 1
+        rewards = torch.randn(ROWS)
+        discounts = torch.where(torch.rand(ROWS) < 0.2, 0.0, 0.99)
+        scales = 0.2 + 0.8 * torch.rand(ROWS)
+        next_scales = 0.2 + 0.8 * torch.rand(ROWS)
+        noise_next = torch.randn(ROWS, ACTIONS)
+        noise = torch.randn(ROWS, ACTIONS)
+        for name, value in dict(
+            observations=observations, next_observations=next_observations, actions=actions, rewards=rewards,
+            discounts=discounts, entropy_scales=scales, next_entropy_scales=next_scales,
+            noise_next=noise_next, noise_current=noise,
+        ).items():
+            keep(f"{at}.{name}", value)
+        alpha = log_alpha.detach().exp()
+
+        with torch.no_grad():
+            next_actions, next_log_probs = sample(actor, next_observations, noise_next)
+            next_input = torch.cat([next_observations, next_actions], -1)
+            value = torch.min(targets[0](next_input), targets[1](next_input)).squeeze(-1)
+            y = rewards + discounts * (value - alpha * next_scales * next_log_probs)
+        inputs = torch.cat([observations, actions], -1)
+        losses = [0.5 * functional.mse_loss(critic(inputs).squeeze(-1), y) for critic in critics]
+        critic_adam.zero_grad()
+        sum(losses).backward()
+        for number, critic in enumerate(critics, 1):
+            keep_gradient(f"{at}.gradient.critic_{number}", critic)
+            if settings["max_grad_norm"] is not None:
+                nn.utils.clip_grad_norm_(critic.parameters(), settings["max_grad_norm"])
+        critic_adam.step()
+        keep(f"{at}.critic_loss", torch.stack(losses))
+
+        if update % settings["actor_every"] == 0:
+            new_actions, log_probs = sample_through_cache(actor, observations, noise)
+            new_input = torch.cat([observations, new_actions], -1)
+            smaller = torch.min(critics[0](new_input), critics[1](new_input)).squeeze(-1)
+            actor_loss = (alpha * scales * log_probs - smaller).mean()
+            mean = torch.tanh(actor(observations).chunk(2, dim=-1)[0])
+            image = torch.tanh(actor(mirrored(observations, MIRROR["observation"])).chunk(2, dim=-1)[0])
+            mirror_loss = (mean - mirrored(image, MIRROR["action"])).square().sum(-1).mean()
+            actor_adam.zero_grad()
+            (actor_loss + settings["mirror_loss_weight"] * mirror_loss).backward()
+            keep_gradient(f"{at}.gradient.actor", actor)
+            if settings["max_grad_norm"] is not None:
+                nn.utils.clip_grad_norm_(actor.parameters(), settings["max_grad_norm"])
+            actor_adam.step()
+            keep(f"{at}.actor_loss", actor_loss)
+            keep(f"{at}.mirror_loss", mirror_loss)
+            keep(f"{at}.entropy", -log_probs.mean())
+            if automatic:
+                alpha_loss = -(log_alpha * (log_probs.detach() + temperature["target_entropy"])).mean()
+                alpha_adam.zero_grad()
+                alpha_loss.backward()
+                alpha_adam.step()
+            with torch.no_grad():
+                decay = settings["actor_average_decay"]
+                for kept, new in zip(average.parameters(), actor.parameters()):
+                    kept.mul_(decay).add_(new, alpha=1 - decay)
+        keep(f"{at}.log_alpha", log_alpha)
+
+        with torch.no_grad():
+            for critic, target in zip(critics, targets):
+                for kept, new in zip(target.parameters(), critic.parameters()):
+                    kept.mul_(1 - settings["tau"]).add_(new, alpha=settings["tau"])
+        for prefix, network in [
+            ("actor", actor), ("average", average), ("critic_1", critics[0]), ("critic_2", critics[1]),
+            ("target_1", targets[0]), ("target_2", targets[1]),
+        ]:
+            keep_network(f"{at}.after.{prefix}", network)
+
+    config = {**settings, "batch_size": ROWS}
+    header = dict(
+        torch=torch.__version__, observations=OBSERVATIONS, actions=ACTIONS, updates=UPDATES, config=config,
+        mirror=MIRROR,
+    )
+    return tensors, {"golden": json.dumps(header)}
+
+
+def main():
+    torch.set_default_dtype(torch.float64)
+    torch.use_deterministic_algorithms(True)
+    folder = Path(sys.argv[1])
+    folder.mkdir(parents=True, exist_ok=True)
+    for case, settings in CASES.items():
+        tensors, metadata = record(case, settings)
+        save_file(tensors, folder / f"{case}.safetensors", metadata)
+        print(case, len(tensors), "tensors")
+
+
+if __name__ == "__main__":
+    main()
