@@ -66,15 +66,7 @@ class Network(nn.Module):
 
 
 def sample(actor, observations, noise):
-    mean, log_deviation = actor(observations).chunk(2, dim=-1)
-    deviation = log_deviation.clamp(*LOG_DEVIATION).exp()
-    distribution = TransformedDistribution(Normal(mean, deviation), TanhTransform(cache_size=1))
-    actions = torch.tanh(mean + deviation * noise)
-    return actions, distribution.log_prob(actions).sum(-1)
-
-
-def sample_through_cache(actor, observations, noise):
-    """As `sample`, but the transform remembers u, so that atanh(tanh(u)) loses nothing."""
+    """Actions and log-probabilities; the transform remembers u, so that atanh(tanh(u)) loses nothing."""
     mean, log_deviation = actor(observations).chunk(2, dim=-1)
     deviation = log_deviation.clamp(*LOG_DEVIATION).exp()
     transform = TanhTransform(cache_size=1)
@@ -164,7 +156,7 @@ def record(case, settings):
         keep(f"{at}.critic_loss", torch.stack(losses))
 
         if update % settings["actor_every"] == 0:
-            new_actions, log_probs = sample_through_cache(actor, observations, noise)
+            new_actions, log_probs = sample(actor, observations, noise)
             new_input = torch.cat([observations, new_actions], -1)
             smaller = torch.min(critics[0](new_input), critics[1](new_input)).squeeze(-1)
             actor_loss = (alpha * scales * log_probs - smaller).mean()
@@ -216,7 +208,9 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     for case, settings in CASES.items():
         tensors, metadata = record(case, settings)
-        save_file(tensors, folder / f"{case}.safetensors", metadata)
+        path = folder / f"{case}.safetensors"
+        save_file(tensors, path, metadata)
+        path.chmod(0o644)
         print(case, len(tensors), "tensors")
 
 

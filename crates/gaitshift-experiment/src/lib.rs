@@ -7,6 +7,7 @@ mod controller;
 mod profile;
 mod rollout;
 mod run_folder;
+mod shipped;
 mod tensorboard;
 mod training;
 

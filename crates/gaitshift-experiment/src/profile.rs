@@ -35,6 +35,17 @@ impl CommandProfile {
         }
     }
 
+    /// Goes on with a linear ramp to `to` that begins at `start_s`, but not before the last point, and
+    /// takes `ramp_s`.
+    pub fn then_ramp(mut self, to: f64, start_s: f64, ramp_s: f64) -> Self {
+        if let Some(&(last_s, from)) = self.points.last() {
+            let start_s = start_s.max(last_s);
+            self.points.push((start_s, from));
+            self.points.push((start_s + ramp_s.max(0.0), to));
+        }
+        self
+    }
+
     /// The command at time `time_s`.
     pub fn at(&self, time_s: f64) -> f64 {
         let next = self.points.partition_point(|p| p.0 <= time_s);
@@ -51,6 +62,28 @@ impl CommandProfile {
     /// Time of the last point, in s.
     pub fn end_s(&self) -> f64 {
         self.points.last().map_or(0.0, |p| p.0)
+    }
+
+    /// Least and greatest command.
+    pub fn range(&self) -> (f64, f64) {
+        self.points
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
+                (low.min(p.1), high.max(p.1))
+            })
+    }
+
+    /// The time at which the command leaves its first value and the time from which on it has its last,
+    /// in s; `None` if it never changes.
+    pub fn change_s(&self) -> Option<(f64, f64)> {
+        let (first, last) = (self.points.first()?.1, self.points.last()?.1);
+        let leaves = self.points.iter().position(|p| p.1 != first)?;
+        let arrives = self
+            .points
+            .iter()
+            .rposition(|p| p.1 != last)
+            .map_or(leaves, |k| k + 1);
+        Some((self.points[leaves - 1].0, self.points[arrives].0))
     }
 
     /// Reads a CSV file with the columns `time_s` and `omega_v`, in any order.

@@ -183,6 +183,22 @@ pub fn task_mirror() -> Mirror {
     }
 }
 
+/// Whether two agents have the same networks; schedules move the rest of their settings.
+fn same_network(a: &Agent, b: &Agent) -> bool {
+    let shape = |agent: &Agent| {
+        let c = agent.config();
+        let hidden = (c.actor_hidden.clone(), c.critic_hidden.clone());
+        (
+            hidden,
+            c.actor_layer_norm,
+            c.critic_layer_norm,
+            c.n_step,
+            c.batch_size,
+        )
+    };
+    shape(a) == shape(b)
+}
+
 fn learner_config(experiment: &Experiment) -> SacConfig {
     let mut config = experiment.learner.clone();
     match experiment.training.symmetry {
@@ -231,13 +247,16 @@ impl Training {
                 r.action_size(),
             )
         };
-        if agent.config() != training.agent.config() || sizes(&replay) != sizes(&training.replay) {
+        if !same_network(&agent, &training.agent) || sizes(&replay) != sizes(&training.replay) {
             return Err(TrainingError::other(
                 folder.path(),
                 "its checkpoint is of another configuration than its config.toml".to_owned(),
             ));
         }
         training.agent = agent;
+        training
+            .agent
+            .set_threads(training.experiment.learner.threads)?;
         training.replay = replay;
         let path = folder.checkpoint("state.json");
         let state: CheckpointState = folder.read_json(&path)?;

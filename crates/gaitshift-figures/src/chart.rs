@@ -1,6 +1,7 @@
 //! Axes, ticks and lines of a chart panel.
 
-use crate::canvas::{Anchor, Canvas, Ink, Paint, Point, Rect};
+use crate::canvas::{Anchor, Canvas, Ink, Paint, Point, Rect, TextStyle};
+use crate::raster::text_width;
 use crate::style::{FAINT, LABEL, SMALL, TEXT};
 
 /// Values beyond this cannot be told apart in a picture, and their differences could overflow.
@@ -178,17 +179,22 @@ impl Panel {
         }
     }
 
-    /// Ticks and title of a second axis on the right.
+    /// Ticks and title of a second axis on the right; takes up to 56 units there for usual numbers.
     pub fn right_axis(&self, canvas: &mut Canvas, axis: &Axis, title: &str, ink: Ink) {
         let area = self.area;
-        let style = crate::canvas::TextStyle::new(SMALL, ink);
+        let style = TextStyle::new(SMALL, ink);
+        let mut widest: f64 = 0.0;
         for (value, text) in axis.ticks() {
             let y = area.bottom() - axis.share(value) * area.height;
             let x = area.right();
             canvas.line((x, y), (x + 4.0, y), Paint::stroke(ink, 0.8));
             canvas.text((x + 6.5, y + 0.36 * SMALL), &text, style);
+            widest = widest.max(text_width(&text, SMALL));
         }
-        let position = (area.right() + 34.0, area.top + 0.5 * area.height);
+        let position = (
+            area.right() + 6.5 + widest + 5.0 + SMALL,
+            area.top + 0.5 * area.height,
+        );
         canvas.text(position, title, style.anchor(Anchor::Middle).upwards());
     }
 

@@ -7,6 +7,9 @@ use gaitshift_body::BodyParameters;
 
 use crate::FigureError;
 
+/// A row this close to the end of a range belongs to it: times are sums of rounded periods.
+const TIME_TOLERANCE_S: f64 = 1e-9;
+
 /// A recording with the rows of a time range.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion<'a> {
@@ -33,7 +36,8 @@ impl<'a> Motion<'a> {
     pub fn between(recording: &'a Recording, from_s: f64, to_s: f64) -> Result<Self, FigureError> {
         let whole = Self::whole(recording)?;
         let times = recording.column(column::TIME_S);
-        let rows = times.partition_point(|&t| t < from_s)..times.partition_point(|&t| t <= to_s);
+        let first = times.partition_point(|&t| t < from_s - TIME_TOLERANCE_S);
+        let rows = first..times.partition_point(|&t| t <= to_s + TIME_TOLERANCE_S);
         if rows.is_empty() || from_s.is_nan() || to_s.is_nan() {
             let (first_s, last_s) = (whole.first_s(), whole.last_s());
             return Err(FigureError::TimeRange {

@@ -73,7 +73,7 @@ pub fn transition_figure(
     let support = support::find(recording);
 
     let left = 58.0;
-    let right = 48.0;
+    let right = 54.0;
     let title_height = if options.title.is_some() { 22.0 } else { 0.0 };
     let legend = Legend::new(options.width - 24.0);
     let top = title_height + legend.height + 12.0;

@@ -1,10 +1,189 @@
+//! The figure of a gait change shows the support phases that the analysis finds, marks the ramp where
+//! it is, and draws whatever a recording may hold without panicking.
+
 mod common;
-use gaitshift_figures::*;
+
+use common::{colour, count, drawn_size, keep, phases_between, pixels};
+use gaitshift_analysis::support::SupportPhase;
+use gaitshift_figures::{FigureError, FigureOptions, transition_figure};
+
+const RAMP: (f64, f64) = (3.0, 3.4);
+/// Edges of the panels in user units at the default width.
+const LEFT: f64 = 58.0;
+const RIGHT: f64 = 386.0;
+
+fn shown() -> FigureOptions {
+    FigureOptions {
+        from_s: Some(0.5),
+        to_s: Some(5.5),
+        ..FigureOptions::default()
+    }
+}
 
 #[test]
-fn sample() {
-    let r = common::transition();
-    let f = transition_figure(&r, (3.0, 3.4), &FigureOptions::default()).unwrap();
-    common::keep("transition.svg", f.svg.as_bytes());
-    common::keep("transition.png", &f.to_png(2.0).unwrap());
+fn every_support_phase_is_shaded_in_every_panel() {
+    let recording = common::transition();
+    let figure = transition_figure(&recording, RAMP, &shown()).unwrap();
+    keep("transition.svg", figure.svg.as_bytes());
+    keep("transition.png", &figure.to_png(2.0).unwrap());
+    drawn_size(&figure);
+    for (phase, ink) in [
+        (SupportPhase::Double, "#bdbdbd"),
+        (SupportPhase::SingleRight, "#f5dac4"),
+        (SupportPhase::SingleLeft, "#bfdcec"),
+    ] {
+        let phases = phases_between(&recording, phase, 0.5, 5.5);
+        assert!(phases > 2);
+        let shades = count(&figure.svg, &format!("fill=\"{ink}\""));
+        assert_eq!(
+            shades,
+            4 * phases + 1,
+            "{phase:?}: four panels and the legend"
+        );
+    }
+}
+
+#[test]
+fn shades_lie_where_the_phases_are() {
+    let recording = common::transition();
+    let figure = transition_figure(&recording, RAMP, &shown()).unwrap();
+    let picture = pixels(&figure, 2.0);
+    let support = gaitshift_analysis::support::Support::find(&recording, &Default::default());
+    for interval in support.phases() {
+        let middle = 0.5 * (interval.start_s + interval.end_s);
+        let in_ramp = middle > RAMP.0 && middle < RAMP.1;
+        if !(0.5..=5.5).contains(&middle) || in_ramp || interval.end_s - interval.start_s < 0.03 {
+            continue;
+        }
+        let x = LEFT + (middle - 0.5) / 5.0 * (RIGHT - LEFT);
+        // In the lower part of the first panel only the background is drawn at some height.
+        let expected = match interval.phase {
+            SupportPhase::Double => [0xbd, 0xbd, 0xbd],
+            SupportPhase::SingleRight => [0xf5, 0xda, 0xc4],
+            SupportPhase::SingleLeft => [0xbf, 0xdc, 0xec],
+            SupportPhase::Flight => [0xff, 0xff, 0xff],
+        };
+        let found = colour(&picture, (2.0 * x) as u32, 2 * 80);
+        assert_eq!(found, expected, "{:?} at {middle} s", interval.phase);
+    }
+}
+
+#[test]
+fn the_hatching_covers_the_ramp_and_nothing_else() {
+    let recording = common::transition();
+    let figure = transition_figure(&recording, RAMP, &shown()).unwrap();
+    let bands: Vec<(f64, f64)> = figure
+        .svg
+        .split("<svg x=\"")
+        .skip(1)
+        .map(|rest| {
+            let mut quoted = rest.split('"');
+            let left: f64 = quoted.next().unwrap().parse().unwrap();
+            let width: f64 = quoted.nth(3).unwrap().parse().unwrap();
+            (left, left + width)
+        })
+        .collect();
+    let place = |time: f64| LEFT + (time - 0.5) / 5.0 * (RIGHT - LEFT);
+    let on_ramp = |band: &&(f64, f64)| {
+        (band.0 - place(RAMP.0)).abs() < 0.1 && (band.1 - place(RAMP.1)).abs() < 0.1
+    };
+    assert_eq!(bands.iter().filter(on_ramp).count(), 4);
+    // The rest are the curves over the whole width and the swatch of the legend.
+    let whole = |band: &&(f64, f64)| (band.0 - LEFT).abs() < 0.1 && (band.1 - RIGHT).abs() < 0.1;
+    assert_eq!(bands.iter().filter(whole).count(), 5);
+    assert_eq!(bands.len(), 4 + 5 + 1);
+}
+
+#[test]
+fn size_title_and_axes_are_as_asked() {
+    let options = FigureOptions {
+        width: 600.0,
+        title: Some("0 < ω \"&\" \u{0}3".to_owned()),
+        ..FigureOptions::default()
+    };
+    let figure = transition_figure(&common::transition(), RAMP, &options).unwrap();
+    assert_eq!(drawn_size(&figure).0, 600.0);
+    assert!(figure.svg.contains("0 &lt; ω \"&amp;\"  3"));
+    for text in [
+        "kinetic (J)",
+        "potential (J)",
+        "elastic (J)",
+        "speed (m/s)",
+        "time (s)",
+    ] {
+        assert_eq!(count(&figure.svg, text), 1, "{text}");
+    }
+    let narrow = FigureOptions {
+        width: 300.0,
+        ..FigureOptions::default()
+    };
+    let narrow = transition_figure(&common::transition(), RAMP, &narrow).unwrap();
+    let usual = transition_figure(&common::transition(), RAMP, &FigureOptions::default()).unwrap();
+    assert!(
+        drawn_size(&narrow).1 > drawn_size(&usual).1,
+        "the legend takes more rows"
+    );
+}
+
+#[test]
+fn the_same_recording_gives_the_same_figure() {
+    let draw = || {
+        transition_figure(&common::transition(), RAMP, &shown())
+            .unwrap()
+            .svg
+    };
+    assert_eq!(draw(), draw());
+}
+
+#[test]
+fn poor_recordings_are_drawn() {
+    let all = FigureOptions {
+        from_s: Some(-1.0),
+        to_s: Some(9.0),
+        ..FigureOptions::default()
+    };
+    for recording in [
+        common::short(1),
+        common::short(2),
+        common::motionless(50),
+        common::extreme(),
+    ] {
+        let figure = transition_figure(&recording, (0.05, 0.1), &all).unwrap();
+        drawn_size(&figure);
+        figure.to_png(1.0).unwrap();
+    }
+}
+
+#[test]
+fn what_cannot_be_drawn_is_an_error() {
+    let empty = common::short(0);
+    let error = transition_figure(&empty, RAMP, &shown()).unwrap_err();
+    assert!(matches!(error, FigureError::Empty { .. }));
+
+    let recording = common::transition();
+    let error = transition_figure(&recording, (30.0, 30.4), &FigureOptions::default()).unwrap_err();
+    assert!(matches!(error, FigureError::TimeRange { .. }));
+    assert!(error.to_string().contains("covers 0 s to 6.5 s"), "{error}");
+
+    let backwards = FigureOptions {
+        from_s: Some(5.0),
+        to_s: Some(4.0),
+        ..shown()
+    };
+    let error = transition_figure(&recording, RAMP, &backwards).unwrap_err();
+    assert!(matches!(error, FigureError::TimeRange { .. }));
+
+    for width in [0.0, 299.0, 1e9, f64::NAN] {
+        let options = FigureOptions { width, ..shown() };
+        let error = transition_figure(&recording, RAMP, &options).unwrap_err();
+        assert!(matches!(error, FigureError::Option { name: "width", .. }));
+    }
+    let error = transition_figure(&recording, (f64::NAN, 1.0), &shown()).unwrap_err();
+    assert!(matches!(
+        error,
+        FigureError::Option {
+            name: "ramp start",
+            ..
+        }
+    ));
 }

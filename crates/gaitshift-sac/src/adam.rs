@@ -29,7 +29,7 @@ impl<T: Real> AdamStep<T> {
 
 wide! {
     /// One step for a range of parameters; `scale` multiplies the gradient.
-    pub fn descend<T>(
+    pub fn descend<T, V>(
         step: AdamStep<T>,
         scale: T,
         gradient: &[T],
@@ -58,7 +58,7 @@ wide! {
 
 wide! {
     /// follower ← (1 − rate) follower + rate leader.
-    pub fn follow<T>(rate: T, leader: &[T], follower: &mut [T]) {
+    pub fn follow<T, V>(rate: T, leader: &[T], follower: &mut [T]) {
         let rest = T::ONE - rate;
         for (follower, &leader) in follower.iter_mut().zip(leader) {
             *follower = *follower * rest + rate * leader;
@@ -68,7 +68,7 @@ wide! {
 
 wide! {
     /// sum ← sum + addend.
-    pub fn add<T>(addend: &[T], sum: &mut [T]) {
+    pub fn add<T, V>(addend: &[T], sum: &mut [T]) {
         for (sum, &addend) in sum.iter_mut().zip(addend) {
             *sum += addend;
         }
@@ -77,7 +77,7 @@ wide! {
 
 wide! {
     /// Sum of squares in a fixed order.
-    pub fn sum_of_squares<T>(values: &[T]) -> T {
+    pub fn sum_of_squares<T, V>(values: &[T]) -> T {
         let mut lanes = [T::ZERO; 16];
         for values in values.chunks_exact(16) {
             for (lane, &value) in lanes.iter_mut().zip(values) {

@@ -165,7 +165,7 @@ fn tile_rows(left: usize) -> usize {
 
 wide! {
     /// [`matmul`] in plain Rust for any processor and scalar.
-    pub fn matmul_portable<T>(product: MatMul<'_, T>) {
+    pub fn matmul_portable<T, V>(product: MatMul<'_, T>) {
         product.check();
         let MatMul { rows, k, x, x_stride, panels, columns, y, y_stride, epilogue } = product;
         for first in (0..columns).step_by(PANEL) {
@@ -218,7 +218,7 @@ wide! {
 
 wide! {
     /// [`outer`] in plain Rust for any processor and scalar.
-    pub fn outer_portable<T>(product: Outer<'_, T>) {
+    pub fn outer_portable<T, V>(product: Outer<'_, T>) {
         product.check();
         let Outer { rows, k, x, x_stride, columns, y, y_stride, panels } = product;
         for first in (0..columns).step_by(PANEL) {

@@ -35,7 +35,7 @@ wide! {
     ///
     /// ln π = Σ [ −ε²/2 − ln σ − ln √(2π) − ln(1 − tanh² u) ], with
     /// ln(1 − tanh² u) = 2 (ln 2 − u − softplus(−2u)), which is exact for large |u| too.
-    pub fn sample<T>(size: usize, out: &[T], noise: &[T], actions: &mut [T], log_probs: &mut [T]) {
+    pub fn sample<T, V>(size: usize, out: &[T], noise: &[T], actions: &mut [T], log_probs: &mut [T]) {
         let two = T::from_f64(2.0);
         let half = T::from_f64(0.5);
         let constant = T::from_f64(HALF_LOG_TWO_PI);
@@ -63,7 +63,7 @@ wide! {
 
 wide! {
     /// Actions tanh(mean) (rows × `size`) for the outputs `out` (rows × 2 `size`).
-    pub fn mean_action<T>(size: usize, out: &[T], actions: &mut [T]) {
+    pub fn mean_action<T, V>(size: usize, out: &[T], actions: &mut [T]) {
         for (out, actions) in out.chunks_exact(2 * size).zip(actions.chunks_exact_mut(size)) {
             for (action, &mean) in actions.iter_mut().zip(out) {
                 *action = mean.tanh();
@@ -77,7 +77,7 @@ wide! {
     ///
     /// With ε held: d ln π / d u = 2 tanh u, d ln π / d ln σ = −1 directly, d u / d ln σ = σ ε,
     /// d a / d u = 1 − a². `weight` × rows scale: `d_log_prob` is per row, `d_action` per action.
-    pub fn sample_back<T>(
+    pub fn sample_back<T, V>(
         size: usize,
         out: &[T],
         noise: &[T],

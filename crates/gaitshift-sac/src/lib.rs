@@ -6,6 +6,7 @@ mod config;
 pub mod dense;
 mod error;
 pub mod gaussian;
+mod lanes;
 mod learner;
 mod mirror;
 pub mod network;

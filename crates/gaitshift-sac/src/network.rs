@@ -660,7 +660,7 @@ fn dot<T: Real>(a: &[T], b: &[T]) -> T {
 
 wide! {
     /// out = X Wᵀ + bias, for the few rows of W that an output layer has.
-    fn project<T>(rows: usize, padded: usize, x: &[T], stride: usize, weight: &[T], bias: &[T], out: &mut [T]) {
+    fn project<T, V>(rows: usize, padded: usize, x: &[T], stride: usize, weight: &[T], bias: &[T], out: &mut [T]) {
         for (x, out) in x.chunks(stride).take(rows).zip(out.chunks_exact_mut(bias.len())) {
             for ((out, weight), &bias) in out.iter_mut().zip(weight.chunks_exact(padded)).zip(bias) {
                 *out = bias + dot(&x[..padded], weight);
@@ -671,7 +671,7 @@ wide! {
 
 wide! {
     /// Gradient of the output layer's weights and biases.
-    fn project_weight_gradient<T>(
+    fn project_weight_gradient<T, V>(
         rows: usize,
         padded: usize,
         x: &[T],
@@ -696,7 +696,7 @@ wide! {
 
 wide! {
     /// Derivative in the last hidden layer before its ReLU, given the layer's values after it.
-    fn project_back<T>(
+    fn project_back<T, V>(
         rows: usize,
         padded: usize,
         stride: usize,
@@ -725,7 +725,7 @@ wide! {
 
 wide! {
     /// Sum over rows: the gradient of a bias.
-    fn column_sums<T>(rows: usize, stride: usize, delta: &[T], sums: &mut [T]) {
+    fn column_sums<T, V>(rows: usize, stride: usize, delta: &[T], sums: &mut [T]) {
         sums.fill(T::ZERO);
         for delta in delta.chunks(stride).take(rows) {
             for (sum, &delta) in sums.iter_mut().zip(delta) {
@@ -737,7 +737,7 @@ wide! {
 
 wide! {
     /// Layer normalisation and ReLU in place: value ← max(gain (value − mean) / deviation + shift, 0).
-    fn normalise<T>(
+    fn normalise<T, V>(
         rows: usize,
         units: usize,
         stride: usize,
@@ -785,7 +785,7 @@ wide! {
 
 wide! {
     /// Gradient of gain and shift.
-    fn normalise_weight_gradient<T>(
+    fn normalise_weight_gradient<T, V>(
         rows: usize,
         padded: usize,
         stride: usize,
@@ -842,7 +842,7 @@ fn normalise_row_back<T: Real>(
 }
 
 wide! {
-    fn normalise_back<T>(
+    fn normalise_back<T, V>(
         rows: usize,
         units: usize,
         stride: usize,
@@ -861,7 +861,7 @@ wide! {
 }
 
 wide! {
-    fn normalise_back_selected<T>(
+    fn normalise_back_selected<T, V>(
         selected: &[usize],
         units: usize,
         stride: usize,
@@ -880,7 +880,7 @@ wide! {
 
 wide! {
     /// Zero where the selected row of `value` is not positive.
-    fn mask_selected<T>(selected: &[usize], padded: usize, stride: usize, value: &[T], delta: &mut [T]) {
+    fn mask_selected<T, V>(selected: &[usize], padded: usize, stride: usize, value: &[T], delta: &mut [T]) {
         for (delta, &row) in delta.chunks_mut(stride).zip(selected) {
             for (delta, &value) in delta[..padded].iter_mut().zip(&value[row * stride..]) {
                 *delta = if value > T::ZERO { *delta } else { T::ZERO };
@@ -891,7 +891,7 @@ wide! {
 
 wide! {
     /// Derivative in the last inputs of the first layer, scattered to the selected rows.
-    fn tail_gradient<T>(
+    fn tail_gradient<T, V>(
         selected: &[usize],
         padded: usize,
         stride: usize,

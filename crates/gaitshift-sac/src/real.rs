@@ -7,6 +7,7 @@ use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Deref, DerefMut, Div, Mul, Neg, Sub, SubAssign};
 
 use crate::dense::{self, MatMul, Outer};
+use crate::lanes::{Lanes, Portable};
 
 /// A scalar of the network code: `f32` in use, `f64` to check gradients.
 pub trait Real:
@@ -29,6 +30,8 @@ pub trait Real:
     const ZERO: Self;
     /// 1.
     const ONE: Self;
+    /// Eight scalars in the widest registers that code compiled for AVX2 has for them.
+    type Wide: Lanes<Self>;
     /// Nearest value to `value`.
     fn from_f64(value: f64) -> Self;
     /// The value as `f64`, exactly.
@@ -54,8 +57,9 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($float:ty { $($kernels:tt)* }) => {
+    ($float:ty, $wide:ty { $($kernels:tt)* }) => {
         impl Real for $float {
+            type Wide = $wide;
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             #[inline(always)]
@@ -91,8 +95,13 @@ macro_rules! real {
     };
 }
 
-real!(f64 {});
-real!(f32 {
+real!(f64, Portable<f64> {});
+#[cfg(target_arch = "x86_64")]
+type WideF32 = crate::lanes::Avx;
+#[cfg(not(target_arch = "x86_64"))]
+type WideF32 = Portable<f32>;
+
+real!(f32, WideF32 {
     fn matmul(product: MatMul<'_, Self>) {
         dense::matmul_f32(product);
     }
@@ -102,32 +111,37 @@ real!(f32 {
 });
 
 /// Compiles a function twice, once for any processor and once with AVX2 and FMA enabled, and picks at
-/// run time. The compiler's own vectoriser then uses the wide registers; the arithmetic and its order
-/// are the same, so both give the same bits.
+/// run time. The second parameter stands for [`Lanes`] of the first as that processor has them; loops that do
+/// not use it are left to the compiler's own vectoriser.
 macro_rules! wide {
     (
         $(#[$attribute:meta])*
-        $visibility:vis fn $name:ident<$scalar:ident>($($argument:ident: $kind:ty),* $(,)?) $(-> $result:ty)? $body:block
+        $visibility:vis fn $name:ident<$scalar:ident, $lanes:ident>(
+            $($argument:ident: $kind:ty),* $(,)?
+        ) $(-> $result:ty)? $body:block
     ) => {
         $(#[$attribute])*
+        #[allow(clippy::too_many_arguments)]
         $visibility fn $name<$scalar: $crate::real::Real>($($argument: $kind),*) $(-> $result)? {
             #[inline(always)]
             #[allow(clippy::too_many_arguments)]
-            fn any<$scalar: $crate::real::Real>($($argument: $kind),*) $(-> $result)? $body
+            fn any<$scalar: $crate::real::Real, $lanes: $crate::lanes::Lanes<$scalar>>(
+                $($argument: $kind),*
+            ) $(-> $result)? $body
 
             #[cfg(target_arch = "x86_64")]
             {
                 #[target_feature(enable = "avx2,fma")]
                 #[allow(clippy::too_many_arguments)]
                 fn avx2<$scalar: $crate::real::Real>($($argument: $kind),*) $(-> $result)? {
-                    any($($argument),*)
+                    any::<$scalar, $scalar::Wide>($($argument),*)
                 }
                 if $crate::dense::has_avx2_fma() {
                     // SAFETY: the processor has the features the function was compiled for.
                     return unsafe { avx2($($argument),*) };
                 }
             }
-            any($($argument),*)
+            any::<$scalar, $crate::lanes::Portable<$scalar>>($($argument),*)
         }
     };
 }

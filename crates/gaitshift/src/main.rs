@@ -1,53 +1,35 @@
-//! The program.
-fn main() {
-    let args: Vec<String> = std::env::args().collect();
-    let mut e = gaitshift_experiment::Experiment::load(&args[1]).unwrap_or_else(|e| {
-        eprintln!("{e}");
-        std::process::exit(2)
-    });
-    e.seed = args[3].parse().unwrap();
-    struct O;
-    impl gaitshift_experiment::Observer for O {
-        fn progress(&mut self, p: &gaitshift_experiment::Progress) {
-            if p.step % 100_000 < 2_100 {
-                println!(
-                    "{} {:.0}/s ret {:.0} fall {:.2} t {:.0}",
-                    p.step,
-                    p.step as f64 / p.elapsed_s,
-                    p.mean_return,
-                    p.fall_share,
-                    p.elapsed_s
-                );
-            }
-        }
-        fn evaluated(
-            &mut self,
-            p: &gaitshift_experiment::Progress,
-            j: &gaitshift_experiment::Judgement,
-            best: bool,
-        ) {
-            println!(
-                "EVAL {} score {:.2} {} {}",
-                p.step,
-                j.score(),
-                if best { "BEST" } else { "" },
-                p.verdict
-            );
-        }
-        fn stop_requested(&self) -> bool {
-            false
-        }
-    }
-    let mut t = gaitshift_experiment::Training::new(e, std::path::Path::new(&args[2]), "dev")
-        .unwrap_or_else(|e| {
-            eprintln!("{e}");
-            std::process::exit(2)
-        });
-    match t.run(&mut O) {
-        Ok(r) => println!("{r:?}"),
-        Err(e) => {
-            eprintln!("{e}");
-            std::process::exit(1)
-        }
+//! The program `gaitshift`: train a passive-hipped biped to walk, run and change gait on one knob,
+//! measure what a controller does, and look at it.
+//!
+//! `main` parses and dispatches; each command is a module that prepares what its user asked for, calls
+//! the libraries and says what came out. Results go to standard output, everything else to standard
+//! error. Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted.
+
+mod arguments;
+mod demo;
+mod evaluate;
+mod failure;
+mod motion;
+mod output;
+mod progress;
+mod render;
+mod train;
+mod transition;
+
+use arguments::{Arguments, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Train(arguments) => train::run(&arguments),
+        Command::Evaluate(arguments) => evaluate::run(&arguments),
+        Command::Transition(arguments) => transition::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
     }
 }

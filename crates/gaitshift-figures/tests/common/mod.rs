@@ -8,7 +8,11 @@ use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
 use gaitshift_analysis::recording::{COLUMNS, Column, Recording, RecordingMetadata, Side, column};
+use gaitshift_analysis::support::{ContactRule, PhaseInterval, Support, SupportPhase};
 use gaitshift_body::BodyParameters;
+use gaitshift_figures::Figure;
+use resvg::tiny_skia::Pixmap;
+use resvg::usvg;
 
 pub const PERIOD_S: f64 = 0.005;
 
@@ -137,4 +141,56 @@ pub fn keep(name: &str, content: &[u8]) {
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join(name), content).unwrap();
     }
+}
+
+/// Asserts that the figure's SVG is well-formed and can be drawn, and gives its size in user units.
+pub fn drawn_size(figure: &Figure) -> (f64, f64) {
+    let tree = usvg::Tree::from_str(&figure.svg, &usvg::Options::default()).unwrap();
+    for nonsense in ["NaN", "inf", "\"-0\""] {
+        assert!(
+            !figure.svg.contains(nonsense),
+            "the SVG contains {nonsense}"
+        );
+    }
+    (
+        f64::from(tree.size().width()),
+        f64::from(tree.size().height()),
+    )
+}
+
+/// The figure's pixels at `scale`.
+pub fn pixels(figure: &Figure, scale: f64) -> Pixmap {
+    Pixmap::decode_png(&figure.to_png(scale).unwrap()).unwrap()
+}
+
+/// Red, green and blue of a pixel.
+pub fn colour(pixels: &Pixmap, x: u32, y: u32) -> [u8; 3] {
+    let pixel = pixels.pixel(x, y).unwrap();
+    [pixel.red(), pixel.green(), pixel.blue()]
+}
+
+/// How often a piece of text occurs.
+pub fn count(text: &str, piece: &str) -> usize {
+    text.matches(piece).count()
+}
+
+/// Number of support phases of one kind that overlap a time range.
+pub fn phases_between(recording: &Recording, phase: SupportPhase, from_s: f64, to_s: f64) -> usize {
+    let support = Support::find(recording, &ContactRule::default());
+    let overlaps = |interval: &&PhaseInterval| {
+        interval.phase == phase && interval.end_s > from_s && interval.start_s < to_s
+    };
+    support.phases().iter().filter(overlaps).count()
+}
+
+/// A recording of finite but extreme numbers, such as a diverging simulation leaves behind.
+pub fn extreme() -> Recording {
+    let mut recording = Recording::new(metadata());
+    for i in 0..40 {
+        let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let mut row = vec![sign * 1e300; COLUMNS.len()];
+        row[column::TIME_S.index()] = f64::from(i) * PERIOD_S;
+        recording.push_row(&row).unwrap();
+    }
+    recording
 }

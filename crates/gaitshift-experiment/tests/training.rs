@@ -1,0 +1,168 @@
+//! Contract: the same configuration and seed give the same bits whatever the number of threads; a
+//! resumed run equals an uninterrupted one, controller and logs; a controller file needs nothing else
+//! and broken ones are refused; nothing overwrites an existing run.
+
+use gaitshift_experiment::{
+    Control, Controller, Deterministic, Experiment, Judgement, Observer, Progress, Training,
+};
+use std::path::Path;
+
+/// A run of some 6000 steps that passes through two phases, an evaluation and checkpoints.
+fn tiny(threads: usize) -> Experiment {
+    Experiment::parse(
+        &format!(
+            r#"
+            base = "fast"
+            name = "tiny"
+            [learner]
+            actor_hidden = [16, 16]
+            critic_hidden = [16, 16]
+            batch_size = 128
+            threads = {threads}
+            [training]
+            environments = 4
+            steps_per_update = 8
+            learning_starts = 500
+            evaluation_interval_steps = 4000
+            checkpoint_interval_steps = 3000
+            replay_capacity = 4000
+            [[curriculum.phases]]
+            name = "one"
+            steps = 2000
+            omega_v = [-0.2, 0.2]
+            [[curriculum.phases]]
+            name = "two"
+            steps = 4000
+            omega_v = [-0.5, 3.5]
+            "#
+        ),
+        "tiny",
+    )
+    .unwrap()
+}
+
+#[derive(Default)]
+struct StopAt(Option<u64>, u64, usize);
+
+impl Observer for StopAt {
+    fn progress(&mut self, progress: &Progress) {
+        self.1 = progress.step;
+    }
+    fn evaluated(&mut self, _: &Progress, judgement: &Judgement, _: bool) {
+        assert_eq!(judgement.rows.len(), 8);
+        self.2 += 1;
+    }
+    fn stop_requested(&self) -> bool {
+        self.0.is_some_and(|step| self.1 >= step)
+    }
+}
+
+fn file(folder: &Path, name: &str) -> Vec<u8> {
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+/// The parts of a log that do not tell the wall-clock.
+fn without_clock(folder: &Path) -> Vec<String> {
+    let text = String::from_utf8(file(folder, "metrics.csv")).unwrap();
+    let clock = text.lines().next().and_then(|header| {
+        header
+            .split(',')
+            .position(|name| name.ends_with("elapsed_s"))
+    });
+    text.lines()
+        .map(|line| {
+            let keep = |(i, v)| (Some(i) != clock).then_some(v);
+            line.split(',')
+                .enumerate()
+                .filter_map(keep)
+                .collect::<Vec<&str>>()
+                .join(",")
+        })
+        .collect()
+}
+
+#[test]
+fn threads_and_interruptions_do_not_change_a_bit() {
+    let root = tempfile::tempdir().unwrap();
+    let at = |name: &str| root.path().join(name);
+
+    let whole = at("whole");
+    let mut observer = StopAt::default();
+    let report = Training::new(tiny(1), &whole, "test")
+        .unwrap()
+        .run(&mut observer)
+        .unwrap();
+    assert!(report.finished && report.step == 6000 && observer.2 == 1);
+    assert_eq!(report.updates, (6000 - 500) / 8 + 1);
+
+    let threaded = at("threaded");
+    Training::new(tiny(2), &threaded, "test")
+        .unwrap()
+        .run(&mut StopAt::default())
+        .unwrap();
+
+    let broken = at("broken");
+    let stopped = Training::new(tiny(1), &broken, "test")
+        .unwrap()
+        .run(&mut StopAt(Some(2500), 0, 0))
+        .unwrap();
+    assert!(!stopped.finished && stopped.step < 6000);
+    let report = Training::resume(&broken, "test")
+        .unwrap()
+        .run(&mut StopAt::default())
+        .unwrap();
+    assert!(report.finished);
+
+    for other in [&threaded, &broken] {
+        assert_eq!(
+            file(&whole, "controller-last.safetensors"),
+            file(other, "controller-last.safetensors")
+        );
+        assert_eq!(file(&whole, "episodes.csv"), file(other, "episodes.csv"));
+        assert_eq!(without_clock(&whole), without_clock(other));
+    }
+    assert_eq!(
+        file(&whole, "checkpoint/replay.safetensors"),
+        file(&broken, "checkpoint/replay.safetensors")
+    );
+
+    let error = Training::new(tiny(1), &whole, "test")
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("--resume"), "{error}");
+
+    // The controller runs from its file alone, and broken files are refused.
+    let path = whole.join("controller-last.safetensors");
+    let mut controller = Controller::read(&path).unwrap();
+    assert_eq!(controller.provenance.environment_steps, 6000);
+    assert_eq!(controller.body, tiny(1).body);
+    let mut action = [9.0; 2];
+    Deterministic(&mut controller.policy).act(&[0.1; 14], &mut action);
+    assert!(action.iter().all(|a| a.abs() <= 1.0));
+    let bytes = std::fs::read(&path).unwrap();
+    for length in [0, 4, 100, bytes.len() / 2, bytes.len() - 1] {
+        let error = Controller::from_bytes(&bytes[..length], &path)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("controller-last") && error.contains("--controller"),
+            "{error}"
+        );
+    }
+    let foreign = Controller::from_bytes(&file(&whole, "checkpoint/agent.safetensors"), &path);
+    assert!(foreign.unwrap_err().to_string().contains("another program"));
+
+    // A damaged checkpoint is refused, not half-read.
+    let state = whole.join("checkpoint/state.json");
+    let text = std::fs::read_to_string(&state).unwrap();
+    std::fs::write(&state, &text[..text.len() / 2]).unwrap();
+    let error = Training::resume(&whole, "test").unwrap_err().to_string();
+    assert!(
+        error.contains("state.json") && error.contains("damaged"),
+        "{error}"
+    );
+    let error = Training::resume(&at("nowhere"), "test")
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("config.toml"), "{error}");
+}

@@ -1,0 +1,81 @@
+//! The figure of a training run shows every episode in the colour of its command, later over earlier.
+
+mod common;
+
+use common::{count, drawn_size, keep};
+use gaitshift_figures::{FigureError, episode_returns_figure};
+
+const LOW: &str = "fill=\"#440154\"";
+const HIGH: &str = "fill=\"#e3d51c\"";
+
+#[test]
+fn every_episode_is_a_dot_in_the_colour_of_its_command() {
+    let steps = [1e6, 2e6, 3e6, 4e6];
+    let figure =
+        episode_returns_figure(&steps, &[10.0, 500.0, -30.0, 900.0], &[0.0, 3.0, 0.0, 3.0])
+            .unwrap();
+    drawn_size(&figure);
+    assert_eq!(count(&figure.svg, "<circle"), 4);
+    // Two dots and an end of the colour bar each.
+    assert_eq!(count(&figure.svg, LOW), 3);
+    assert_eq!(count(&figure.svg, HIGH), 3);
+}
+
+#[test]
+fn of_episodes_on_one_spot_the_latest_is_shown() {
+    let figure =
+        episode_returns_figure(&[1e6, 1e6, 2e6], &[5.0, 5.0, 9.0], &[0.0, 3.0, 0.0]).unwrap();
+    assert_eq!(count(&figure.svg, "<circle"), 2);
+    assert_eq!(count(&figure.svg, HIGH), 2);
+}
+
+#[test]
+fn a_long_run_stays_a_small_picture() {
+    let episodes = 60_000;
+    let steps: Vec<f64> = (0..episodes).map(|i| i as f64 * 170.0).collect();
+    let noise = |i: usize| ((i * 7919) % 1000) as f64 / 1000.0;
+    let omega_v: Vec<f64> = (0..episodes)
+        .map(|i| {
+            if steps[i] < 4.5e6 {
+                0.4 * noise(i) - 0.2
+            } else {
+                4.0 * noise(i) - 0.5
+            }
+        })
+        .collect();
+    let returns: Vec<f64> = (0..episodes)
+        .map(|i| (1.0 - (-steps[i] / 2e6).exp()) * (800.0 + 900.0 * omega_v[i]) * noise(3 * i))
+        .collect();
+    let figure = episode_returns_figure(&steps, &returns, &omega_v).unwrap();
+    keep("returns.svg", figure.svg.as_bytes());
+    keep("returns.png", &figure.to_png(2.0).unwrap());
+    assert!(figure.svg.len() < 6_000_000, "{} bytes", figure.svg.len());
+    assert!(count(&figure.svg, "<circle") > 5_000);
+}
+
+#[test]
+fn runs_without_variety_are_drawn() {
+    for value in [0.0, 3.0, -1e12, 1e300] {
+        let figure = episode_returns_figure(&[0.0, 0.0], &[value; 2], &[value; 2]).unwrap();
+        drawn_size(&figure);
+        figure.to_png(1.0).unwrap();
+    }
+}
+
+#[test]
+fn what_cannot_be_drawn_is_an_error() {
+    let error = episode_returns_figure(&[], &[], &[]).unwrap_err();
+    assert!(matches!(error, FigureError::Empty { .. }));
+    let error = episode_returns_figure(&[1.0, 2.0], &[1.0, 2.0], &[0.0]).unwrap_err();
+    assert!(matches!(
+        error,
+        FigureError::Length {
+            name: "omega_v",
+            found: 1,
+            expected: 2
+        }
+    ));
+    let error = episode_returns_figure(&[1.0, 2.0], &[1.0, f64::NAN], &[0.0, 0.0]).unwrap_err();
+    assert!(matches!(error, FigureError::NotFinite { index: 1, .. }));
+    assert!(error.to_string().contains("`returns`"));
+}

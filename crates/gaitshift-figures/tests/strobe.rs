@@ -1,0 +1,246 @@
+//! The strobe picture shows the asked number of poses with the body's true geometry: soles that carry
+//! touch the drawn ground, springs and thighs move by `h`, `d` and `w` as the model says.
+
+mod common;
+
+use common::{count, drawn_size, keep, metadata};
+use gaitshift_analysis::recording::{COLUMNS, Column, Recording, column};
+use gaitshift_body::{Body, BodyParameters, BodyState};
+use gaitshift_figures::{Figure, FigureError, stride_at, strobe};
+
+/// User units for a metre at the default leg length of 0.8 m.
+const SCALE: f64 = 105.0 / 0.8;
+const GROUND: f64 = 1.42 * 105.0 + 12.0;
+/// Width of the line that draws a sole: the diameter of its spheres.
+const SOLE: f64 = 2.0 * 0.012 * SCALE;
+
+/// Points of all polylines of that stroke width.
+fn polylines(figure: &Figure, stroke: f64) -> Vec<Vec<(f64, f64)>> {
+    let stroke = format!("stroke-width=\"{}\"", (stroke * 100.0).round() / 100.0);
+    let lines = figure
+        .svg
+        .lines()
+        .filter(|line| line.starts_with("<polyline"));
+    lines
+        .filter(|line| line.contains(&stroke))
+        .map(|line| {
+            let points = line.split('"').nth(1).unwrap().split(' ');
+            let pair = |point: &str| {
+                let (x, y) = point.split_once(',').unwrap();
+                (x.parse().unwrap(), y.parse().unwrap())
+            };
+            points.map(pair).collect()
+        })
+        .collect()
+}
+
+/// Height of the lowest point of each sole over the ground in m; left and right leg of each pose.
+fn clearances(figure: &Figure) -> Vec<f64> {
+    let lowest = |sole: &Vec<(f64, f64)>| {
+        let deepest = sole
+            .iter()
+            .map(|point| point.1)
+            .fold(f64::NEG_INFINITY, f64::max);
+        (GROUND - deepest) / SCALE - 0.012
+    };
+    polylines(figure, SOLE).iter().map(lowest).collect()
+}
+
+/// A recording of one pose, held for two rows.
+fn hold(state: &BodyState) -> Recording {
+    let mut recording = Recording::new(metadata());
+    let positions = state.positions();
+    let columns = [
+        column::X_M,
+        column::Z_M,
+        column::THETA_RAD,
+        column::RIGHT_PHI_RAD,
+        column::RIGHT_H_M,
+        column::RIGHT_D_M,
+        column::RIGHT_W_M,
+        column::LEFT_PHI_RAD,
+        column::LEFT_H_M,
+        column::LEFT_D_M,
+        column::LEFT_W_M,
+    ];
+    for time_s in [0.0, 0.1] {
+        let mut row = vec![0.0; COLUMNS.len()];
+        row[column::TIME_S.index()] = time_s;
+        for (column, value) in columns.into_iter().zip(positions) {
+            row[column.index()] = value;
+        }
+        recording.push_row(&row).unwrap();
+    }
+    recording
+}
+
+#[test]
+fn a_stride_shows_its_poses_and_contacts() {
+    let recording = common::transition();
+    for (name, time_s, poses) in [("walk", 1.2, 9), ("run", 4.6, 8)] {
+        let (from_s, to_s) = stride_at(&recording, time_s).unwrap();
+        assert!(from_s <= time_s && time_s < to_s);
+        let figure = strobe(&recording, from_s, to_s, poses).unwrap();
+        keep(&format!("strobe_{name}.svg"), figure.svg.as_bytes());
+        keep(&format!("strobe_{name}.png"), &figure.to_png(2.0).unwrap());
+        drawn_size(&figure);
+        assert_eq!(polylines(&figure, SOLE).len(), 2 * poses);
+        assert_eq!(
+            count(&figure.svg, "<circle"),
+            poses,
+            "a hip joint in each pose"
+        );
+    }
+}
+
+#[test]
+fn feet_that_carry_stand_on_the_ground() {
+    let recording = common::toy(3.0, |_| 0.0);
+    let figure = strobe(&recording, 0.0, 2.0, 21).unwrap();
+    let clearances = clearances(&figure);
+    // The toy always has a foot on the ground when it walks; half a unit is a tenth of a sole.
+    for pose in clearances.chunks(2) {
+        let lowest = pose[0].min(pose[1]);
+        assert!(lowest.abs() < 0.5 / SCALE, "{pose:?}");
+    }
+    assert!(
+        clearances.iter().any(|&clearance| clearance > 0.02),
+        "a swinging foot is lifted"
+    );
+}
+
+#[test]
+fn the_drawn_geometry_is_that_of_the_model() {
+    let body = Body::new(BodyParameters::default()).unwrap();
+    for (theta, psi, thigh, foot) in [
+        (0.0, [0.0, 0.3], [0.0, 0.0], [0.0, 0.0]),
+        (0.4, [0.5, -0.4], [0.06, -0.05], [0.02, -0.09]),
+        (-0.3, [-0.7, 0.1], [-0.1, 0.1], [-0.13, 0.05]),
+    ] {
+        let mut state = BodyState::with_leg_angles(&body, psi);
+        state.theta = theta;
+        for leg in 0..2 {
+            state.legs[leg].thigh = thigh[leg];
+            state.legs[leg].foot = foot[leg];
+            state.legs[leg].tibia = 0.5 * (thigh[leg] + foot[leg]);
+        }
+        // The model's own answer to where the lower sole touches.
+        state.z = body.lowest_hip_height(&state);
+        let clearances = clearances(&strobe(&hold(&state), 0.0, 0.1, 2).unwrap());
+        let lowest = clearances.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(
+            lowest.abs() < 0.02 / SCALE,
+            "{psi:?}: {lowest} m over the ground"
+        );
+    }
+}
+
+#[test]
+fn springs_end_where_the_masses_are() {
+    // Upright legs: down the leg is down the sheet, and each quantity moves its own parts alone.
+    let body = Body::new(BodyParameters::default()).unwrap();
+    let springs = |thigh: f64, tibia: f64, foot: f64| {
+        let mut state = BodyState::standing(&body);
+        state.z += 0.3;
+        for leg in &mut state.legs {
+            (leg.thigh, leg.tibia, leg.foot) = (thigh, tibia, foot);
+        }
+        let figure = strobe(&hold(&state), 0.0, 0.1, 2).unwrap();
+        let wires = polylines(&figure, 0.011 * 105.0);
+        let ends = |wire: &Vec<(f64, f64)>| {
+            let down = |point: Option<&(f64, f64)>| point.unwrap().1 / SCALE;
+            (down(wire.first()), down(wire.last()))
+        };
+        // Foot to thigh (k1), tibia to thigh (k3), foot to tibia (k2).
+        [ends(&wires[0]), ends(&wires[1]), ends(&wires[2])]
+    };
+    let rest = springs(0.0, 0.0, 0.0);
+    for (moved, by) in [
+        (
+            springs(0.05, 0.0, 0.0),
+            [(0.05, 0.0), (0.05, 0.0), (0.0, 0.0)],
+        ),
+        (
+            springs(0.0, 0.03, 0.0),
+            [(0.0, 0.0), (0.0, 0.03), (0.03, 0.0)],
+        ),
+        (
+            springs(0.0, 0.0, -0.06),
+            [(0.0, -0.06), (0.0, 0.0), (0.0, -0.06)],
+        ),
+    ] {
+        for ((moved, rest), by) in moved.into_iter().zip(rest).zip(by) {
+            assert!(
+                (moved.0 - rest.0 - by.0).abs() < 2e-4,
+                "{moved:?} {rest:?} {by:?}"
+            );
+            assert!(
+                (moved.1 - rest.1 - by.1).abs() < 2e-4,
+                "{moved:?} {rest:?} {by:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn poses_between_rows_are_between_their_poses() {
+    let body = Body::new(BodyParameters::default()).unwrap();
+    let recording = |heights: [f64; 2]| {
+        let mut both = Recording::new(metadata());
+        for (row, z) in heights.into_iter().enumerate() {
+            let state = BodyState {
+                z,
+                ..BodyState::standing(&body)
+            };
+            let one = hold(&state);
+            let value = |name: &&str| one.column(Column::named(name).unwrap())[row];
+            both.push_row(&COLUMNS.iter().map(value).collect::<Vec<_>>())
+                .unwrap();
+        }
+        both
+    };
+    let heights = |recording: &Recording| {
+        let figure = strobe(recording, 0.0, 0.1, 3).unwrap();
+        let hips = figure
+            .svg
+            .lines()
+            .filter(|line| line.starts_with("<circle"));
+        hips.map(|line| (GROUND - line.split('"').nth(3).unwrap().parse::<f64>().unwrap()) / SCALE)
+            .collect::<Vec<_>>()
+    };
+    for (found, expected) in heights(&recording([0.9, 1.1]))
+        .into_iter()
+        .zip([0.9, 1.0, 1.1])
+    {
+        assert!((found - expected).abs() < 1e-4, "{found} {expected}");
+    }
+}
+
+#[test]
+fn poor_recordings_are_drawn() {
+    for recording in [common::short(2), common::motionless(30), common::extreme()] {
+        let figure = strobe(&recording, f64::NEG_INFINITY, f64::INFINITY, 60).unwrap();
+        drawn_size(&figure);
+        figure.to_png(1.0).unwrap();
+        assert_eq!(stride_at(&recording, 0.02), None);
+    }
+    assert_eq!(stride_at(&common::short(0), 0.0), None);
+}
+
+#[test]
+fn what_cannot_be_drawn_is_an_error() {
+    let recording = common::transition();
+    for poses in [0, 1, 61] {
+        let error = strobe(&recording, 0.0, 1.0, poses).unwrap_err();
+        assert!(matches!(error, FigureError::Option { name: "poses", .. }));
+    }
+    for (from_s, to_s) in [(7.0, 8.0), (1.0, 0.5), (1.001, 1.002), (1.0, 1.0)] {
+        let error = strobe(&recording, from_s, to_s, 5).unwrap_err();
+        assert!(
+            matches!(error, FigureError::TimeRange { .. }),
+            "{from_s} to {to_s}: {error}"
+        );
+    }
+    let error = strobe(&common::short(0), 0.0, 1.0, 5).unwrap_err();
+    assert!(matches!(error, FigureError::Empty { .. }));
+}

@@ -1,0 +1,164 @@
+//! Eight scalars side by side, for the loops over rows that the compiler does not vectorise well on its own
+//! (sums along a row, above all).
+
+use crate::real::Real;
+
+/// Scalars in one [`Lanes`].
+pub const LANES: usize = 8;
+
+/// Eight scalars on which arithmetic acts element by element.
+pub trait Lanes<T>: Copy {
+    /// The same scalar eight times.
+    fn splat(value: T) -> Self;
+    /// The first eight scalars of a slice.
+    fn load(from: &[T]) -> Self;
+    /// To the first eight scalars of a slice.
+    fn store(self, to: &mut [T]);
+    /// Sum.
+    fn add(self, other: Self) -> Self;
+    /// Difference.
+    fn sub(self, other: Self) -> Self;
+    /// Product.
+    fn mul(self, other: Self) -> Self;
+    /// self · factor + addend, rounded once or twice.
+    fn mul_add(self, factor: Self, addend: Self) -> Self;
+    /// The larger of `self` and 0; NaN stays NaN.
+    fn rectify(self) -> Self;
+    /// `self` where `condition` is positive, else 0.
+    fn where_positive(self, condition: Self) -> Self;
+    /// Sum of all eight.
+    fn sum(self) -> T;
+}
+
+/// [`Lanes`] for any processor and scalar.
+#[derive(Clone, Copy, Debug)]
+pub struct Portable<T>([T; LANES]);
+
+impl<T: Real> Portable<T> {
+    #[inline(always)]
+    fn zip(self, other: Self, operation: impl Fn(T, T) -> T) -> Self {
+        Self(std::array::from_fn(|lane| {
+            operation(self.0[lane], other.0[lane])
+        }))
+    }
+}
+
+impl<T: Real> Lanes<T> for Portable<T> {
+    #[inline(always)]
+    fn splat(value: T) -> Self {
+        Self([value; LANES])
+    }
+    #[inline(always)]
+    fn load(from: &[T]) -> Self {
+        Self(std::array::from_fn(|lane| from[lane]))
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [T]) {
+        to[..LANES].copy_from_slice(&self.0);
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        self.mul(factor).add(addend)
+    }
+    #[inline(always)]
+    fn rectify(self) -> Self {
+        self.zip(
+            self,
+            |value, _| if value < T::ZERO { T::ZERO } else { value },
+        )
+    }
+    #[inline(always)]
+    fn where_positive(self, condition: Self) -> Self {
+        self.zip(
+            condition,
+            |value, condition| if condition > T::ZERO { value } else { T::ZERO },
+        )
+    }
+    #[inline(always)]
+    fn sum(self) -> T {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        ((a + e) + (c + g)) + ((b + f) + (d + h))
+    }
+}
+
+/// [`Lanes`] of `f32` in one AVX register. Only code compiled by [`crate::real::wide`] for AVX2 and FMA, which runs
+/// after the processor was asked, may use it.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy, Debug)]
+pub struct Avx(std::arch::x86_64::__m256);
+
+#[cfg(target_arch = "x86_64")]
+mod avx {
+    use std::arch::x86_64::*;
+
+    use super::{Avx, LANES, Lanes};
+
+    // SAFETY of every block below: AVX2 and FMA are present by the contract of `Avx`; slices are checked to hold
+    // eight scalars before they are read or written.
+    impl Lanes<f32> for Avx {
+        #[inline(always)]
+        fn splat(value: f32) -> Self {
+            unsafe { Self(_mm256_set1_ps(value)) }
+        }
+        #[inline(always)]
+        fn load(from: &[f32]) -> Self {
+            let from = &from[..LANES];
+            unsafe { Self(_mm256_loadu_ps(from.as_ptr())) }
+        }
+        #[inline(always)]
+        fn store(self, to: &mut [f32]) {
+            let to = &mut to[..LANES];
+            unsafe { _mm256_storeu_ps(to.as_mut_ptr(), self.0) }
+        }
+        #[inline(always)]
+        fn add(self, other: Self) -> Self {
+            unsafe { Self(_mm256_add_ps(self.0, other.0)) }
+        }
+        #[inline(always)]
+        fn sub(self, other: Self) -> Self {
+            unsafe { Self(_mm256_sub_ps(self.0, other.0)) }
+        }
+        #[inline(always)]
+        fn mul(self, other: Self) -> Self {
+            unsafe { Self(_mm256_mul_ps(self.0, other.0)) }
+        }
+        #[inline(always)]
+        fn mul_add(self, factor: Self, addend: Self) -> Self {
+            unsafe { Self(_mm256_fmadd_ps(self.0, factor.0, addend.0)) }
+        }
+        #[inline(always)]
+        fn rectify(self) -> Self {
+            unsafe { Self(_mm256_max_ps(_mm256_setzero_ps(), self.0)) }
+        }
+        #[inline(always)]
+        fn where_positive(self, condition: Self) -> Self {
+            unsafe {
+                let mask = _mm256_cmp_ps::<_CMP_GT_OQ>(condition.0, _mm256_setzero_ps());
+                Self(_mm256_and_ps(self.0, mask))
+            }
+        }
+        #[inline(always)]
+        fn sum(self) -> f32 {
+            unsafe {
+                let four = _mm_add_ps(
+                    _mm256_castps256_ps128(self.0),
+                    _mm256_extractf128_ps::<1>(self.0),
+                );
+                let two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+                _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)))
+            }
+        }
+    }
+}

@@ -1,0 +1,383 @@
+//! The command line: every option with its unit, default and range.
+
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Largest |ω_v|: far beyond what any controller was trained for, far below where numbers overflow.
+pub const OMEGA_V_MAX: f64 = 100.0;
+/// Longest motion or part of one, in s: an hour, whose recording takes some 300 MB of memory.
+const LONGEST_S: f64 = 3600.0;
+/// Shortest motion, in s.
+const SHORTEST_S: f64 = 0.1;
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+/// A biped with passive hips that walks, runs and changes gait on one knob.
+///
+/// One neural controller drives two linear actuators, one along each leg; the hips are passive. Its only
+/// command is ω_v, the weight of forward speed in the reward it was trained with: at 0 the body walks, at
+/// 3 it runs, and in between it changes gait.
+#[derive(Debug, Parser)]
+#[command(
+    name = "gaitshift",
+    version,
+    styles = STYLES,
+    arg_required_else_help = true,
+    max_term_width = 100,
+    after_long_help = "\
+Start here:
+  gaitshift demo                    see the shipped controller walk, run and change gait
+  gaitshift evaluate                measure it over the whole range of its command
+  gaitshift train                   train such a controller from nothing
+
+Units are SI, angles in radians. Results go to standard output, progress and errors to standard error.
+Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted."
+)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Show a controller walk, run and change gait: a table, an animation and figures
+    Demo(DemoArguments),
+    /// Train a controller from nothing
+    Train(TrainArguments),
+    /// Measure what a controller does under constant commands
+    Evaluate(EvaluateArguments),
+    /// Change the command within a motion and see what becomes of the gait
+    Transition(TransitionArguments),
+    /// Draw an animation and a strobe picture of a recording
+    Render(RenderArguments),
+}
+
+/// What moves, and how it starts.
+#[derive(Debug, Args)]
+pub struct SubjectArguments {
+    /// Controller file (`controller.safetensors` of a run) [default: the shipped controller]
+    #[arg(long, value_name = "FILE")]
+    pub controller: Option<PathBuf>,
+
+    /// TOML file that changes the body, e.g. with the line `friction = 0.6`
+    ///
+    /// Keys are those of the table [body] in a run's config.toml. What the file leaves out stays as the
+    /// controller was trained on.
+    #[arg(long, value_name = "FILE.toml")]
+    pub body: Option<PathBuf>,
+
+    /// Draw the start at random with this seed [default: the default start, the same every time]
+    ///
+    /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
+    /// the default start is the middle of these ranges with the right leg in front. Motions themselves
+    /// are free of chance: the controller acts without noise.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+}
+
+/// Shows what the shipped controller, or another one, can do.
+///
+/// Writes into the folder OUT:
+///   walk-run-walk.gif        the body on its way from walking to running and back
+///   walk-to-run.svg, .png    energies and speed over the change of gait, support phases shaded
+///   run-to-walk.svg, .png    the same for the way back
+///   walking.svg, .png        a stride of the walk
+///   running.svg, .png        a stride of the run
+///   sweep.svg, .png          speed, cost of transport and support against the command
+/// and prints what the controller does over the range of its command.
+#[derive(Debug, Args)]
+#[command(verbatim_doc_comment)]
+pub struct DemoArguments {
+    /// Controller file (`controller.safetensors` of a run) [default: the shipped controller]
+    #[arg(long, value_name = "FILE")]
+    pub controller: Option<PathBuf>,
+
+    /// Folder for the pictures; files of the same names are replaced
+    #[arg(long, value_name = "DIR", default_value = "out/demo")]
+    pub out: PathBuf,
+}
+
+/// Trains a controller from nothing with Soft Actor-Critic.
+///
+/// A run is described by one TOML file: body, task, curriculum, learner. Recipes that come with the
+/// program: `fast` (the default), `paper` (schedule and settings of the paper, 10 million steps) and
+/// `journal` (those of its journal version). A file of your own needs only what differs from the recipe
+/// that its key `base` names; an unknown key is an error.
+///
+/// Every few hundred thousand steps the controller is tried without noise on all commands and changes of
+/// gait, so that you see when it first walks and runs. Ctrl-C writes a checkpoint and stops.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+The folder of a run:
+  config.toml               every value of the run, written out
+  controller.safetensors    the best controller so far; needs nothing else to run
+  controller-accepted.safetensors  the first that met every criterion, once there is one
+  controller-last.safetensors      the one at the last checkpoint
+  metrics.csv, events.out.tfevents.*   the course of training, also for `tensorboard --logdir runs`
+  episodes.csv, returns.svg, .png      every episode, and their returns as a figure
+  evaluations.jsonl         every evaluation in full, one JSON object per line
+  checkpoint/               all that is needed to go on to the same bits
+  report.json               how the run ended
+
+Examples:
+  gaitshift train
+  gaitshift train paper --seed 3 --out runs/paper-seed-3
+  gaitshift train my-body.toml --stop-when-accepted
+  gaitshift train --resume runs/fast-1
+
+where my-body.toml is, for instance:
+  name = \"heavy feet\"
+  base = \"fast\"
+  [body]
+  foot_mass_kg = 2.0")]
+pub struct TrainArguments {
+    /// Recipe (`fast`, `paper`, `journal`) or TOML file
+    #[arg(value_name = "RECIPE|FILE.toml", default_value = "fast")]
+    pub experiment: String,
+
+    /// Seed of everything random [default: the recipe's]; the same seed gives the same run
+    #[arg(long, value_name = "N", conflicts_with = "resume")]
+    pub seed: Option<u64>,
+
+    /// Folder of the run; must not hold one already [default: runs/NAME-SEED]
+    #[arg(long, value_name = "DIR", conflicts_with = "resume")]
+    pub out: Option<PathBuf>,
+
+    /// Go on with the run in this folder from its last checkpoint
+    ///
+    /// It ends with the same controller as if it had not been stopped.
+    #[arg(long, value_name = "DIR", conflicts_with = "experiment")]
+    pub resume: Option<PathBuf>,
+
+    /// Threads of the learner, 1 to 256 [default: the recipe's]; the result does not depend on them
+    #[arg(long, value_name = "N", conflicts_with = "resume",
+          value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+
+    /// Stop, with a checkpoint to go on from, at about this environment step [default: the curriculum's end]
+    ///
+    /// The curriculum and all schedules stay as they are. Looked at every 2000 steps.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub steps: Option<u64>,
+
+    /// Stop at the first evaluation that meets every criterion (`gaitshift evaluate --criteria`)
+    #[arg(long, conflicts_with = "resume")]
+    pub stop_when_accepted: bool,
+
+    /// Print the report as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Measures what a controller does: one motion per command, one row per motion.
+///
+/// After the settling time each motion is described by its gait (standing, walking, running, mixed or
+/// fallen), speed, Froude number v/√(g l), shares of time in double support, single support and flight,
+/// cost of transport, step frequency and step length. Walking takes alternating steps with double
+/// support and without flight, running the other way round; a step reaches from a touchdown to the next.
+///
+/// With --json, standard output is {"rows": [{"omega_v", "survived_s", "fell", "gait", "speed_m_per_s",
+/// "froude", "double_support", "single_support", "flight", "cost_of_transport", "step_frequency_hz",
+/// "step_length_m", ...}]}; what is undefined for a motion is null.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift evaluate
+  gaitshift evaluate --controller runs/fast-1/controller.safetensors --omega-v 0,3
+  gaitshift evaluate --seed 7 --out out/seed-7
+  gaitshift evaluate --criteria --json")]
+pub struct EvaluateArguments {
+    /// What moves.
+    #[command(flatten)]
+    pub subject: SubjectArguments,
+
+    /// Commands ω_v, separated by commas, each from -100 to 100; trained for are -0.5 to 3.5
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true,
+          default_value = "0,0.5,1,1.5,2,2.5,3,3.5", value_parser = omega_v)]
+    pub omega_v: Vec<f64>,
+
+    /// One motion under a command that changes: a CSV file with the columns `time_s,omega_v`
+    ///
+    /// Piecewise linear, constant before the first and after the last line. In the row `omega_v` is the
+    /// command if it is constant over the part described, otherwise null.
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "omega_v")]
+    pub command_profile: Option<PathBuf>,
+
+    /// Duration of each motion in s, 0.1 to 3600 [default: 20; 5 s beyond the end of a longer profile]
+    #[arg(long, value_name = "S", value_parser = duration_s)]
+    pub duration_s: Option<f64>,
+
+    /// Time in s at the beginning that is left out of the figures, at most half of the motion
+    #[arg(long, value_name = "S", default_value = "5", value_parser = time_s)]
+    pub settling_s: f64,
+
+    /// Judge by the whole list of criteria of a finished controller; exit code 1 if one is not met
+    ///
+    /// 20 s each at ω_v = 0 to 3.5 without a fall, a real walk at 0 and a real run at 3, speeds, costs of
+    /// transport, energy correlations, and changes of gait from ten phases of the stride both ways.
+    #[arg(long, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "seed", "out"])]
+    pub criteria: bool,
+
+    /// Folder for the recordings (CSV) and a figure of all commands (SVG, PNG) [default: none written]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print the rows as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Changes the command within a motion: by default from 0 (walking) to 3 (running) in 0.4 s.
+///
+/// The steady motion before the ramp is compared with that after it; of both, the first 5 s (at most
+/// half) are left out. `steps_to_change` counts the touchdowns from the beginning of the ramp up to the
+/// one that begins the first step from which on every step is of the new gait.
+///
+/// Writes the figure in the manner of the paper's Fig. 3 (energies and speed against time, support
+/// phases shaded, the ramp hatched) and the recording. With --json, standard output is one JSON object,
+/// and files are written only into a folder given by --out.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift transition
+  gaitshift transition --from 3 --to 0 --out out/run-to-walk
+  gaitshift transition --from 0 --to 3 --ramp-s 0.4 --start-s 10.2 --json
+  gaitshift transition --command-profile profile.csv --body ice.toml
+
+where profile.csv is, for instance:
+  time_s,omega_v
+  8,0
+  12,3
+  20,3
+  20.4,0")]
+pub struct TransitionArguments {
+    /// What moves.
+    #[command(flatten)]
+    pub subject: SubjectArguments,
+
+    /// Command ω_v before the ramp, -100 to 100
+    #[arg(long, value_name = "OMEGA_V", default_value = "0", allow_hyphen_values = true, value_parser = omega_v)]
+    pub from: f64,
+
+    /// Command ω_v after the ramp, -100 to 100
+    #[arg(long, value_name = "OMEGA_V", default_value = "3", allow_hyphen_values = true, value_parser = omega_v)]
+    pub to: f64,
+
+    /// Duration of the ramp in s; 0 for a jump
+    #[arg(long, value_name = "S", default_value = "0.4", value_parser = time_s)]
+    pub ramp_s: f64,
+
+    /// Time in s at which the ramp begins
+    #[arg(long, value_name = "S", default_value = "10", value_parser = time_s)]
+    pub start_s: f64,
+
+    /// Duration in s of the motion after the ramp, or after the last line of a profile
+    #[arg(long, value_name = "S", default_value = "10", value_parser = duration_s)]
+    pub after_s: f64,
+
+    /// The command over time instead of a ramp: a CSV file with the columns `time_s,omega_v`
+    ///
+    /// Piecewise linear, constant before the first and after the last line. Everything from the first
+    /// change of the command to its last counts as the ramp.
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["from", "to", "ramp_s", "start_s"])]
+    pub command_profile: Option<PathBuf>,
+
+    /// Folder for figure and recording; files of the same names are replaced
+    /// [default: out/transition, none with --json]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print the figures as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Draws a recording: the body on its way as an animated GIF, and a stride at a glance (SVG, PNG).
+///
+/// Pictures are drawn in software from the body's geometry in the recording; no display is needed. Right
+/// is vermilion, left is blue, arrows are the ground's forces on the feet.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift transition && gaitshift render out/transition/recording.csv --from-s 7 --to-s 15
+  gaitshift render out/transition/recording.csv --out run.gif --from-s 12 --to-s 14 --slow-motion 4
+  gaitshift render out/transition/recording.csv --out stride.svg --stride-at-s 18")]
+pub struct RenderArguments {
+    /// Recording (CSV), as `gaitshift evaluate --out` and `gaitshift transition` write it
+    #[arg(value_name = "RECORDING.csv")]
+    pub recording: PathBuf,
+
+    /// Folder for both pictures, or one file: FILE.gif for the animation, FILE.svg or FILE.png for the
+    /// stride [default: the recording's folder]
+    #[arg(long, value_name = "DIR|FILE")]
+    pub out: Option<PathBuf>,
+
+    /// Draw only the stride
+    #[arg(long)]
+    pub strobe: bool,
+
+    /// Begin at this time of the recording in s [default: its start]
+    #[arg(long, value_name = "S", value_parser = time_s)]
+    pub from_s: Option<f64>,
+
+    /// End at this time of the recording in s [default: its end]
+    #[arg(long, value_name = "S", value_parser = time_s)]
+    pub to_s: Option<f64>,
+
+    /// Frames of the animation per second, 1 to 50
+    #[arg(long, value_name = "N", default_value = "25", value_parser = number)]
+    pub fps: f64,
+
+    /// How many times slower than in reality the animation plays, 0.1 to 100
+    #[arg(long, value_name = "TIMES", default_value = "1", value_parser = number)]
+    pub slow_motion: f64,
+
+    /// Width of the animation in pixels, 160 to 1920
+    #[arg(long, value_name = "PX", default_value = "640")]
+    pub width: u32,
+
+    /// Draw the stride of the right leg around this time in s [default: the middle of the time range]
+    #[arg(long, value_name = "S", value_parser = time_s)]
+    pub stride_at_s: Option<f64>,
+
+    /// Poses of the stride, 2 to 60
+    #[arg(long, value_name = "N", default_value = "12")]
+    pub poses: usize,
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    in_range(text, f64::MIN, f64::MAX, "")
+}
+
+fn omega_v(text: &str) -> Result<f64, String> {
+    in_range(text, -OMEGA_V_MAX, OMEGA_V_MAX, "")
+}
+
+fn duration_s(text: &str) -> Result<f64, String> {
+    in_range(text, SHORTEST_S, LONGEST_S, " s")
+}
+
+fn time_s(text: &str) -> Result<f64, String> {
+    in_range(text, 0.0, LONGEST_S, " s")
+}
+
+fn in_range(text: &str, low: f64, high: f64, unit: &str) -> Result<f64, String> {
+    let value: f64 = text
+        .trim()
+        .parse()
+        .map_err(|_| format!("`{text}` is not a number"))?;
+    if (low..=high).contains(&value) {
+        Ok(value)
+    } else if low == f64::MIN {
+        Err(format!("`{text}` is not a finite number"))
+    } else {
+        Err(format!("it must be from {low} to {high}{unit}"))
+    }
+}

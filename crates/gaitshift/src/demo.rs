@@ -1,0 +1,119 @@
+//! `gaitshift demo`: everything worth seeing of a controller, at once.
+
+use crate::arguments::{DemoArguments, SubjectArguments};
+use crate::failure::Failure;
+use crate::motion::Subject;
+use crate::output;
+use crate::transition::{self, Change};
+use crate::{evaluate, render};
+use gaitshift_analysis::{Recording, TransitionOptions, summarise_transition};
+use gaitshift_experiment::{CommandProfile, Criteria};
+use gaitshift_figures::AnimationOptions;
+use std::path::{Path, PathBuf};
+
+/// Duration of steady motions, and the time of each from which a stride is drawn, in s.
+const STEADY_S: f64 = 20.0;
+const STRIDE_AT_S: f64 = 15.0;
+/// Time left out of the figures of steady motions, in s.
+const SETTLING_S: f64 = 5.0;
+/// The animation: when the command begins to rise and to fall, its end and where it is shown from, in s.
+const RUN_AT_S: f64 = 7.0;
+const WALK_AT_S: f64 = 12.0;
+const ROUND_TRIP_S: f64 = 18.0;
+const SHOWN_FROM_S: f64 = 4.0;
+/// Poses of a stride.
+const POSES: usize = 12;
+
+/// Runs the command.
+pub fn run(arguments: &DemoArguments) -> Result<(), Failure> {
+    let mut subject = Subject::load(&SubjectArguments {
+        controller: arguments.controller.clone(),
+        body: None,
+        seed: None,
+    })?;
+    let folder = &arguments.out;
+    output::create_folder(folder)?;
+    let criteria = Criteria::default();
+    let (walk, run) = (criteria.walking_omega_v, criteria.running_omega_v);
+
+    output::line(&format!(
+        "{}, {STEADY_S} s at each command, figures from {SETTLING_S} s on",
+        subject.name
+    ))?;
+    let mut files = Vec::new();
+    let mut rows = Vec::new();
+    for &omega_v in &criteria.omega_v {
+        let recording = subject.record(&CommandProfile::constant(omega_v), STEADY_S)?;
+        rows.push(evaluate::describe(&recording, SETTLING_S));
+        if omega_v == walk {
+            files.extend(stride(&recording, "walking", arguments)?);
+        }
+        if omega_v == run {
+            files.extend(stride(&recording, "running", arguments)?);
+        }
+    }
+    evaluate::print_rows(&rows)?;
+    files.extend(evaluate::write_sweep(&rows, &subject.name, folder)?);
+
+    for (from, to, file) in [(walk, run, "walk-to-run"), (run, walk, "run-to-walk")] {
+        let steady_s = criteria.steady_s;
+        let change = Change::ramp(from, to, steady_s, criteria.ramp_s, steady_s);
+        let recording = subject.record(&change.profile, change.duration_s)?;
+        let (start_s, end_s) = change.ramp;
+        let summary =
+            summarise_transition(&recording, start_s, end_s, &TransitionOptions::default());
+        output::line(&format!("\n{}", change.name))?;
+        for line in transition::describe(&summary) {
+            output::line(&line)?;
+        }
+        files.extend(transition::write_figure(
+            &recording,
+            &change,
+            &folder.join(file),
+        )?);
+    }
+
+    let path = folder.join("walk-run-walk.gif");
+    write_round_trip(&mut subject, &criteria, &path)?;
+    files.insert(0, path);
+    output::line("")?;
+    output::written(&files)
+}
+
+/// Draws a stride, or says that there is none.
+fn stride(
+    recording: &Recording,
+    name: &str,
+    arguments: &DemoArguments,
+) -> Result<Vec<PathBuf>, Failure> {
+    let path = arguments.out.join(name);
+    match render::write_stride(recording, STRIDE_AT_S, POSES, &path) {
+        Err(Failure::Input(_)) => {
+            output::note(&format!(
+                "no strobe picture {name}: it takes no whole stride"
+            ));
+            Ok(Vec::new())
+        }
+        result => result,
+    }
+}
+
+/// Animates the way from one gait to the other and back.
+fn write_round_trip(
+    subject: &mut Subject,
+    criteria: &Criteria,
+    path: &Path,
+) -> Result<(), Failure> {
+    let (walk, run) = (criteria.walking_omega_v, criteria.running_omega_v);
+    let profile = CommandProfile::constant(walk)
+        .then_ramp(run, RUN_AT_S, criteria.ramp_s)
+        .then_ramp(walk, WALK_AT_S, criteria.ramp_s);
+    let recording = subject.record(&profile, ROUND_TRIP_S)?;
+    let options = AnimationOptions {
+        fps: 20.0,
+        // The start is left out, unless a fall leaves nothing else to show.
+        from_s: (recording.duration_s() > RUN_AT_S).then_some(SHOWN_FROM_S),
+        ..AnimationOptions::default()
+    };
+    render::write_animation(&recording, &options, path)
+}

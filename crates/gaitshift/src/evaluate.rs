@@ -1,0 +1,187 @@
+//! `gaitshift evaluate`: steady motions, one row each.
+
+use crate::arguments::EvaluateArguments;
+use crate::failure::Failure;
+use crate::motion::{Subject, read_profile, write_recording};
+use crate::output;
+use gaitshift_analysis::recording::{Recording, column};
+use gaitshift_analysis::{AnalysisOptions, GaitSummary, summarise};
+use gaitshift_experiment::{CommandProfile, Criteria, Judgement, judge};
+use gaitshift_figures::{SweepPoint, SweepSeries, sweep_figure};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Shortest motion without --duration-s, and what follows a profile's last point, in s.
+const DURATION_S: f64 = 20.0;
+const BEYOND_PROFILE_S: f64 = 5.0;
+
+/// A row of the table: a command and the motion it makes.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    /// The command, if it is constant over the part described.
+    pub omega_v: Option<f64>,
+    /// The motion.
+    #[serde(flatten)]
+    pub summary: GaitSummary,
+}
+
+#[derive(Serialize)]
+struct Rows<'a> {
+    rows: &'a [Row],
+}
+
+#[derive(Serialize)]
+struct Verdict<'a> {
+    accepted: bool,
+    met: usize,
+    #[serde(flatten)]
+    judgement: &'a Judgement,
+}
+
+/// Runs the command.
+pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
+    let mut subject = Subject::load(&arguments.subject)?;
+    if arguments.criteria {
+        return run_criteria(&mut subject, arguments.json);
+    }
+    let (rows, files) = measure(&mut subject, arguments)?;
+    if arguments.json {
+        return output::json(&Rows { rows: &rows });
+    }
+    output::line(&format!(
+        "{}, {}, figures from {} s on",
+        subject.name,
+        subject.start_name(),
+        arguments.settling_s
+    ))?;
+    print_rows(&rows)?;
+    output::written(&files)
+}
+
+/// Prints rows as a table.
+pub fn print_rows(rows: &[Row]) -> Result<(), Failure> {
+    let named = rows.iter().map(|row| {
+        let command = row
+            .omega_v
+            .map_or_else(|| "profile".to_owned(), |omega_v| omega_v.to_string());
+        (command, &row.summary)
+    });
+    output::gait_table(named)
+        .iter()
+        .try_for_each(|line| output::line(line))
+}
+
+/// Moves, describes, and writes what was asked for.
+fn measure(
+    subject: &mut Subject,
+    arguments: &EvaluateArguments,
+) -> Result<(Vec<Row>, Vec<PathBuf>), Failure> {
+    let motions: Vec<(String, CommandProfile)> = match &arguments.command_profile {
+        Some(path) => vec![("profile.csv".to_owned(), read_profile(path)?)],
+        None => arguments
+            .omega_v
+            .iter()
+            .map(|&omega_v| {
+                let name = format!("omega_v_{omega_v}.csv");
+                (name, CommandProfile::constant(omega_v))
+            })
+            .collect(),
+    };
+    if let Some(folder) = &arguments.out {
+        output::create_folder(folder)?;
+    }
+    let mut rows = Vec::new();
+    let mut files = Vec::new();
+    for (name, profile) in &motions {
+        let duration_s = arguments
+            .duration_s
+            .unwrap_or_else(|| DURATION_S.max(profile.end_s() + BEYOND_PROFILE_S));
+        let recording = subject.record(profile, duration_s)?;
+        rows.push(describe(&recording, arguments.settling_s));
+        if let Some(folder) = &arguments.out {
+            files.push(write_recording(&recording, folder, name)?);
+        }
+    }
+    if let Some(folder) = &arguments.out {
+        files.extend(write_sweep(&rows, &subject.name, folder)?);
+    }
+    Ok((rows, files))
+}
+
+/// One row from a recording.
+pub fn describe(recording: &Recording, settling_time_s: f64) -> Row {
+    let options = AnalysisOptions {
+        settling_time_s,
+        ..AnalysisOptions::default()
+    };
+    let summary = summarise(recording, &options);
+    let (from_s, to_s) = (summary.window_start_s, summary.window_end_s);
+    let window = from_s
+        .zip(to_s)
+        .and_then(|(from_s, to_s)| recording.window(from_s, to_s))
+        .or_else(|| recording.whole());
+    let commands = recording.column(column::OMEGA_V);
+    let described = match window {
+        Some(window) => &commands[window.start_row()..=window.end_row()],
+        None => commands,
+    };
+    let first = described.first().copied();
+    Row {
+        omega_v: first.filter(|&first| described.iter().all(|&command| command == first)),
+        summary,
+    }
+}
+
+/// Writes the figure of all commands, if there is a command to draw.
+pub fn write_sweep(rows: &[Row], label: &str, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let points: Vec<SweepPoint> = rows
+        .iter()
+        .filter_map(|row| Some(SweepPoint::new(row.omega_v?, &row.summary)))
+        .collect();
+    if points.is_empty() {
+        return Ok(Vec::new());
+    }
+    let series = SweepSeries {
+        label: label.to_owned(),
+        points,
+    };
+    sweep_figure(&[series])
+        .and_then(|figure| figure.write(folder.join("sweep")))
+        .map_err(output::figure_failure)
+}
+
+/// Judges by the criteria of a finished controller.
+fn run_criteria(subject: &mut Subject, json: bool) -> Result<(), Failure> {
+    let name = subject.name.clone();
+    let (body, task, mut policy) = subject.parts();
+    let judgement = judge(body, task, &Criteria::default(), &mut policy).map_err(Failure::run)?;
+    let verdict = Verdict {
+        accepted: judgement.accepted(),
+        met: judgement.met(),
+        judgement: &judgement,
+    };
+    if json {
+        output::json(&verdict)?;
+    } else {
+        output::line(&name)?;
+        let rows = judgement
+            .rows
+            .iter()
+            .map(|row| (row.omega_v.to_string(), &row.summary));
+        for line in output::gait_table(rows) {
+            output::line(&line)?;
+        }
+        for check in &judgement.checks {
+            let met = if check.met { "met    " } else { "not met" };
+            let value = output::number(check.value, 3);
+            output::line(&format!("{met}  {value:>7}  {}", check.name))?;
+        }
+        let count = judgement.checks.len();
+        output::line(&format!("{} of {count} criteria met", verdict.met))?;
+    }
+    if verdict.accepted {
+        Ok(())
+    } else {
+        Err(Failure::Unmet)
+    }
+}

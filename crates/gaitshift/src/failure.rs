@@ -1,0 +1,66 @@
+//! Why a command ends early, and the exit code that says so.
+
+use crate::output;
+use std::fmt::Display;
+use std::io;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Why a command did not do what it was asked for.
+#[derive(Debug)]
+pub enum Failure {
+    /// Something that the user gave cannot be used.
+    Input(String),
+    /// It began and could not be finished.
+    Run(String),
+    /// Standard output cannot be written.
+    Output(io::Error),
+    /// The user stopped it; what there is to say has been said.
+    Interrupted,
+    /// It was finished and the answer is no; the answer has been printed.
+    Unmet,
+}
+
+impl Failure {
+    /// Something that the user gave cannot be used.
+    pub fn input(cause: impl Display) -> Self {
+        Self::Input(cause.to_string())
+    }
+
+    /// It began and could not be finished.
+    pub fn run(cause: impl Display) -> Self {
+        Self::Run(cause.to_string())
+    }
+
+    /// A file or folder that cannot be written.
+    pub fn write(path: &Path, cause: &io::Error) -> Self {
+        Self::Run(format!(
+            "cannot write {}: {cause}; check the path and its permissions, or give another --out",
+            path.display()
+        ))
+    }
+
+    /// Says what is wrong and gives the exit code.
+    pub fn report(self) -> ExitCode {
+        let (message, code) = match self {
+            Self::Input(message) => (message, 2),
+            Self::Run(message) => (message, 1),
+            // Whoever reads has seen enough, as in `gaitshift evaluate | head -3`.
+            Self::Output(cause) if cause.kind() == io::ErrorKind::BrokenPipe => {
+                return ExitCode::SUCCESS;
+            }
+            Self::Output(cause) => (format!("cannot write to standard output: {cause}"), 1),
+            Self::Interrupted => return ExitCode::from(130),
+            Self::Unmet => return ExitCode::FAILURE,
+        };
+        output::note(&format!("error: {message}"));
+        ExitCode::from(code)
+    }
+}
+
+impl From<io::Error> for Failure {
+    /// Of standard output only; errors of files name the file.
+    fn from(cause: io::Error) -> Self {
+        Self::Output(cause)
+    }
+}

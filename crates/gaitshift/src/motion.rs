@@ -1,0 +1,137 @@
+//! What moves: a controller, the body it drives and the start; and the motions asked for.
+
+use crate::arguments::{OMEGA_V_MAX, SubjectArguments};
+use crate::failure::Failure;
+use gaitshift_analysis::Recording;
+use gaitshift_body::{Body, BodyState};
+use gaitshift_experiment::{
+    CommandProfile, Controller, Deterministic, Rollout, load_body_overrides,
+};
+use gaitshift_task::{Environment, TaskParameters};
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::path::Path;
+
+/// A controller on a body, ready to move.
+#[derive(Debug)]
+pub struct Subject {
+    controller: Controller,
+    body: Body,
+    /// The controller as messages and recordings name it.
+    pub name: String,
+    start: BodyState,
+    seed: Option<u64>,
+}
+
+impl Subject {
+    /// Loads what the user asked for.
+    pub fn load(arguments: &SubjectArguments) -> Result<Self, Failure> {
+        let controller = match &arguments.controller {
+            Some(path) => Controller::read(path),
+            None => Controller::shipped(),
+        }
+        .map_err(Failure::input)?;
+        let name = match &arguments.controller {
+            Some(path) => path.display().to_string(),
+            None => "the shipped controller".to_owned(),
+        };
+        let parameters = match &arguments.body {
+            Some(path) => {
+                let body = load_body_overrides(path, &controller.body).map_err(Failure::input)?;
+                // The controller's period has to fit the integration step that the file may change.
+                controller.task.validate(&body).map_err(|e| {
+                    Failure::input(format!("{}: with this body {e}", path.display()))
+                })?;
+                body
+            }
+            None => controller.body.clone(),
+        };
+        let body = Body::new(parameters).map_err(Failure::input)?;
+        let start = match arguments.seed {
+            Some(seed) => {
+                let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+                Environment::random_start(&body, &controller.task, None, &mut rng)
+            }
+            None => Environment::default_start(&body, &controller.task),
+        };
+        Ok(Self {
+            controller,
+            body,
+            name,
+            start,
+            seed: arguments.seed,
+        })
+    }
+
+    /// Body, task and policy without noise, for whatever moves them by itself.
+    pub fn parts(&mut self) -> (&Body, &TaskParameters, Deterministic<'_>) {
+        let policy = Deterministic(&mut self.controller.policy);
+        (&self.body, &self.controller.task, policy)
+    }
+
+    /// Where motions start, in words.
+    pub fn start_name(&self) -> String {
+        match self.seed {
+            Some(seed) => format!("random start {seed}"),
+            None => "default start".to_owned(),
+        }
+    }
+
+    /// Moves under `profile` for `duration_s` or until it falls.
+    pub fn record(
+        &mut self,
+        profile: &CommandProfile,
+        duration_s: f64,
+    ) -> Result<Recording, Failure> {
+        let Self {
+            controller,
+            body,
+            name,
+            start,
+            seed,
+        } = self;
+        Rollout {
+            body,
+            task: &controller.task,
+            start: *start,
+            profile,
+            duration_s,
+            seed: seed.unwrap_or(0),
+            controller: name,
+        }
+        .record(&mut Deterministic(&mut controller.policy))
+        .map_err(Failure::run)
+    }
+}
+
+/// Reads the command over time from a file.
+pub fn read_profile(path: &Path) -> Result<CommandProfile, Failure> {
+    let profile = CommandProfile::read_csv(path).map_err(Failure::input)?;
+    let (low, high) = profile.range();
+    if low < -OMEGA_V_MAX || high > OMEGA_V_MAX {
+        return Err(Failure::input(format!(
+            "{}: `omega_v` reaches from {low} to {high}, but it must stay between -{OMEGA_V_MAX} and \
+             {OMEGA_V_MAX}",
+            path.display()
+        )));
+    }
+    if profile.end_s() > 3600.0 {
+        return Err(Failure::input(format!(
+            "{}: `time_s` reaches to {} s, but a motion lasts at most 3600 s",
+            path.display(),
+            profile.end_s()
+        )));
+    }
+    Ok(profile)
+}
+
+/// Writes a recording into a folder and gives its path.
+pub fn write_recording(
+    recording: &Recording,
+    folder: &Path,
+    name: &str,
+) -> Result<std::path::PathBuf, Failure> {
+    let path = folder.join(name);
+    recording.write_csv(&path).map_err(Failure::run)?;
+    Ok(path)
+}

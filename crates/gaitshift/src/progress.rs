@@ -1,0 +1,212 @@
+//! Progress of a training run on standard error: a bar where a person looks on, plain lines elsewhere.
+
+use crate::output;
+use gaitshift_analysis::GaitClass;
+use gaitshift_experiment::{Criteria, Judgement, Observer, Progress};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::collections::VecDeque;
+use std::io::IsTerminal;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Time between two plain lines.
+const LINE_INTERVAL: Duration = Duration::from_secs(30);
+/// Pace is measured over this much training time, in s.
+const PACE_WINDOW_S: f64 = 60.0;
+
+/// Watches a run, shows how it goes and stops it when asked to.
+#[derive(Debug)]
+pub struct Watcher {
+    display: Display,
+    pace: VecDeque<(f64, u64)>,
+    verdict: Option<String>,
+    interrupted: Arc<AtomicBool>,
+    stop_at_step: Option<u64>,
+    step: u64,
+}
+
+#[derive(Debug)]
+enum Display {
+    Bar(ProgressBar),
+    Lines { next: Instant },
+}
+
+impl Watcher {
+    /// Watches a run that ends when `interrupted` is set or at about `stop_at_step`.
+    pub fn new(interrupted: Arc<AtomicBool>, stop_at_step: Option<u64>) -> Self {
+        let display = if std::io::stderr().is_terminal() {
+            let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(4));
+            let template = "{bar:30.cyan/blue} {percent:>3} %  {msg}\n{prefix}";
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style);
+            }
+            Display::Bar(bar)
+        } else {
+            Display::Lines {
+                next: Instant::now(),
+            }
+        };
+        Self {
+            display,
+            pace: VecDeque::new(),
+            verdict: None,
+            interrupted,
+            stop_at_step,
+            step: 0,
+        }
+    }
+
+    /// Whether the user interrupted the run.
+    pub fn interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::SeqCst)
+    }
+
+    /// Leaves the last state standing.
+    pub fn finish(&self) {
+        if let Display::Bar(bar) = &self.display {
+            bar.abandon();
+        }
+    }
+
+    /// Environment steps per second, lately.
+    fn steps_per_s(&mut self, p: &Progress) -> Option<f64> {
+        self.pace.push_back((p.elapsed_s, p.step));
+        while self.pace.len() > 2
+            && self
+                .pace
+                .front()
+                .is_some_and(|f| p.elapsed_s - f.0 > PACE_WINDOW_S)
+        {
+            self.pace.pop_front();
+        }
+        let &(then_s, then) = self.pace.front()?;
+        let rate = (p.step - then) as f64 / (p.elapsed_s - then_s);
+        (rate.is_finite() && rate > 0.0).then_some(rate)
+    }
+
+    fn say(&self, text: &str) {
+        match &self.display {
+            Display::Bar(bar) => bar.println(text),
+            Display::Lines { .. } => output::note(text),
+        }
+    }
+}
+
+impl Observer for Watcher {
+    fn progress(&mut self, p: &Progress) {
+        self.step = p.step;
+        let pace = match self.steps_per_s(p) {
+            Some(rate) => {
+                let left_s = p.total_steps.saturating_sub(p.step) as f64 / rate;
+                format!("{rate:.0} steps/s, {} left", duration(left_s))
+            }
+            None => "starting".to_owned(),
+        };
+        let steps = format!("{} of {} steps", count(p.step), count(p.total_steps));
+        // Before the first episode ends there is nothing to average.
+        let episodes = if p.mean_return == 0.0 && p.fall_share == 0.0 {
+            String::new()
+        } else {
+            format!(
+                ", mean return {:.0}, {:.0} % of episodes fall",
+                p.mean_return,
+                100.0 * p.fall_share
+            )
+        };
+        let verdict = self.verdict.as_ref().unwrap_or(&p.verdict);
+        match &mut self.display {
+            Display::Bar(bar) => {
+                bar.set_length(p.total_steps);
+                bar.set_position(p.step);
+                bar.set_message(format!("{steps}, {pace}"));
+                bar.set_prefix(format!("phase {}{episodes}; {verdict}", p.phase));
+            }
+            Display::Lines { next } => {
+                let now = Instant::now();
+                if now >= *next {
+                    *next = now + LINE_INTERVAL;
+                    output::note(&format!(
+                        "{steps}, {pace}, phase {}{episodes}; {verdict}",
+                        p.phase
+                    ));
+                }
+            }
+        }
+    }
+
+    fn evaluated(&mut self, p: &Progress, judgement: &Judgement, best: bool) {
+        self.verdict = Some(verdict(judgement));
+        let best = if best { ", the best so far" } else { "" };
+        self.say(&format!(
+            "step {}, {}: {} of {} criteria, score {:.1}{best}; {}",
+            count(p.step),
+            duration(p.elapsed_s),
+            judgement.met(),
+            judgement.checks.len(),
+            judgement.score(),
+            gaits(judgement)
+        ));
+    }
+
+    fn stop_requested(&self) -> bool {
+        self.interrupted() || self.stop_at_step.is_some_and(|stop| self.step >= stop)
+    }
+}
+
+/// Whether it walks and runs yet.
+fn verdict(judgement: &Judgement) -> String {
+    let criteria = Criteria::default();
+    let does = |omega_v: f64, gait: GaitClass, verb: &str| {
+        let does = judgement.row(omega_v).is_some_and(|row| row.gait == gait);
+        format!("{} {verb}", if does { "does" } else { "does not yet" })
+    };
+    format!(
+        "{}, {}",
+        does(criteria.walking_omega_v, GaitClass::Walking, "walk"),
+        does(criteria.running_omega_v, GaitClass::Running, "run")
+    )
+}
+
+/// What it does at each command.
+fn gaits(judgement: &Judgement) -> String {
+    let gaits: Vec<String> = judgement
+        .rows
+        .iter()
+        .map(|row| {
+            let s = &row.summary;
+            if s.fell {
+                format!("{} fell at {:.1} s", row.omega_v, s.survived_s)
+            } else {
+                let froude = output::number(s.froude, 2);
+                format!("{} {} Fr {froude}", row.omega_v, s.gait)
+            }
+        })
+        .collect();
+    format!("ω_v {}", gaits.join(", "))
+}
+
+/// A number with its thousands apart.
+pub fn count(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A duration in s, in words.
+pub fn duration(seconds: f64) -> String {
+    let minutes = seconds / 60.0;
+    if seconds < 90.0 {
+        format!("{seconds:.0} s")
+    } else if minutes < 90.0 {
+        format!("{minutes:.0} min")
+    } else {
+        format!("{:.1} h", minutes / 60.0)
+    }
+}

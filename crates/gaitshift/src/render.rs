@@ -1,0 +1,139 @@
+//! `gaitshift render`: pictures of a recording.
+
+use crate::arguments::RenderArguments;
+use crate::failure::Failure;
+use crate::output;
+use gaitshift_analysis::Recording;
+use gaitshift_analysis::recording::column;
+use gaitshift_figures::{AnimationOptions, animate, stride_at, strobe};
+use std::path::{Path, PathBuf};
+
+/// Where the pictures go; what has no place is not drawn.
+#[derive(Debug, Default, PartialEq)]
+struct Places {
+    animation: Option<PathBuf>,
+    stride: Option<PathBuf>,
+    folder: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
+    let a = arguments;
+    let places = places(a)?;
+    let recording = Recording::read_csv(&a.recording).map_err(Failure::input)?;
+    if let Some(folder) = &places.folder {
+        output::create_folder(folder)?;
+    }
+    let mut files = Vec::new();
+    if let Some(path) = &places.stride {
+        let middle_s = middle_s(&recording, a.from_s, a.to_s);
+        match write_stride(&recording, a.stride_at_s.unwrap_or(middle_s), a.poses, path) {
+            Ok(written) => files.extend(written),
+            // A motion that takes no stride can still be animated.
+            Err(failure @ Failure::Input(_))
+                if places.animation.is_some() && a.stride_at_s.is_none() =>
+            {
+                if let Failure::Input(message) = failure {
+                    output::note(&format!("no strobe picture: {message}"));
+                }
+            }
+            Err(failure) => return Err(failure),
+        }
+    }
+    if let Some(path) = &places.animation {
+        let options = AnimationOptions {
+            fps: a.fps,
+            from_s: a.from_s,
+            to_s: a.to_s,
+            slow_motion: a.slow_motion,
+            width_px: a.width,
+        };
+        write_animation(&recording, &options, path)?;
+        files.push(path.clone());
+    }
+    output::written(&files)
+}
+
+/// What is drawn, and where to.
+fn places(a: &RenderArguments) -> Result<Places, Failure> {
+    let ending = |path: &Path| {
+        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+        ["gif", "svg", "png"]
+            .contains(&ending.as_str())
+            .then_some(ending)
+    };
+    if let Some(out) = &a.out
+        && let Some(ending) = ending(out)
+    {
+        if ending == "gif" && a.strobe {
+            return Err(Failure::input(format!(
+                "--strobe draws only the stride, which cannot be written as {}; give a folder or a \
+                 file ending in .svg or .png",
+                out.display()
+            )));
+        }
+        let parent = out.parent().filter(|p| !p.as_os_str().is_empty());
+        let (animation, stride) = if ending == "gif" {
+            (Some(out.clone()), None)
+        } else {
+            (None, Some(out.clone()))
+        };
+        return Ok(Places {
+            animation,
+            stride,
+            folder: parent.map(Path::to_owned),
+        });
+    }
+    let own = a.recording.parent().unwrap_or(Path::new(""));
+    let folder = a.out.as_deref().unwrap_or(own);
+    let mut stem = a.recording.file_stem().unwrap_or_default().to_owned();
+    let stride = folder.join({
+        let mut name = stem.clone();
+        name.push("-stride");
+        name
+    });
+    stem.push(".gif");
+    Ok(Places {
+        animation: (!a.strobe).then(|| folder.join(stem)),
+        stride: Some(stride),
+        folder: a.out.clone(),
+    })
+}
+
+/// Middle of the time range as far as recorded, in s.
+fn middle_s(recording: &Recording, from_s: Option<f64>, to_s: Option<f64>) -> f64 {
+    let times = recording.column(column::TIME_S);
+    let first_s = times.first().copied().unwrap_or(0.0);
+    let last_s = times.last().copied().unwrap_or(0.0);
+    let from_s = from_s.map_or(first_s, |s| s.max(first_s));
+    let to_s = to_s.map_or(last_s, |s| s.min(last_s));
+    0.5 * (from_s + to_s)
+}
+
+/// Writes the stride around `time_s`; gives the files written.
+pub fn write_stride(
+    recording: &Recording,
+    time_s: f64,
+    poses: usize,
+    path: &Path,
+) -> Result<Vec<PathBuf>, Failure> {
+    let (from_s, to_s) = stride_at(recording, time_s).ok_or_else(|| {
+        Failure::input(format!(
+            "no whole stride of the right leg is recorded around {time_s} s; choose another \
+             --stride-at-s"
+        ))
+    })?;
+    strobe(recording, from_s, to_s, poses)
+        .and_then(|figure| figure.write(path))
+        .map_err(output::figure_failure)
+}
+
+/// Writes the animation.
+pub fn write_animation(
+    recording: &Recording,
+    options: &AnimationOptions,
+    path: &Path,
+) -> Result<(), Failure> {
+    let gif = animate(recording, options).map_err(output::figure_failure)?;
+    std::fs::write(path, gif).map_err(|cause| Failure::write(path, &cause))
+}

@@ -1,0 +1,159 @@
+//! `gaitshift transition`: the command changes within a motion.
+
+use crate::arguments::TransitionArguments;
+use crate::failure::Failure;
+use crate::motion::{Subject, read_profile, write_recording};
+use crate::output::{self, number};
+use gaitshift_analysis::recording::{Recording, column};
+use gaitshift_analysis::{TransitionOptions, TransitionSummary, summarise_transition};
+use gaitshift_experiment::CommandProfile;
+use gaitshift_figures::{FigureOptions, transition_figure};
+use std::path::{Path, PathBuf};
+
+/// What the figure shows before the ramp and after it, in s.
+const SHOWN_S: f64 = 2.5;
+
+/// A change of the command.
+#[derive(Debug)]
+pub struct Change {
+    /// The command over time.
+    pub profile: CommandProfile,
+    /// When it changes: begin and end, in s.
+    pub ramp: (f64, f64),
+    /// Duration of the whole motion, in s.
+    pub duration_s: f64,
+    /// The change in words.
+    pub name: String,
+}
+
+impl Change {
+    /// From one command to another.
+    pub fn ramp(from: f64, to: f64, start_s: f64, ramp_s: f64, after_s: f64) -> Self {
+        Self {
+            profile: CommandProfile::ramp(from, to, start_s, ramp_s),
+            ramp: (start_s, start_s + ramp_s),
+            duration_s: start_s + ramp_s + after_s,
+            name: format!("ω\u{1d65} {from} → {to} in {ramp_s} s"),
+        }
+    }
+
+    /// As a file says.
+    fn read(path: &Path, after_s: f64) -> Result<Self, Failure> {
+        let profile = read_profile(path)?;
+        let ramp = profile.change_s().ok_or_else(|| {
+            Failure::input(format!(
+                "{}: `omega_v` never changes; for a constant command use `gaitshift evaluate`",
+                path.display()
+            ))
+        })?;
+        Ok(Self {
+            ramp,
+            duration_s: profile.end_s().max(0.0) + after_s,
+            name: format!("ω\u{1d65} after {}", path.display()),
+            profile,
+        })
+    }
+}
+
+/// Runs the command.
+pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
+    let a = arguments;
+    let change = match &a.command_profile {
+        Some(path) => Change::read(path, a.after_s)?,
+        None => Change::ramp(a.from, a.to, a.start_s, a.ramp_s, a.after_s),
+    };
+    let mut subject = Subject::load(&a.subject)?;
+    let recording = subject.record(&change.profile, change.duration_s)?;
+    let (start_s, end_s) = change.ramp;
+    let summary = summarise_transition(&recording, start_s, end_s, &TransitionOptions::default());
+
+    let default_folder = (!a.json).then(|| PathBuf::from("out/transition"));
+    let mut files = Vec::new();
+    if let Some(folder) = a.out.clone().or(default_folder) {
+        output::create_folder(&folder)?;
+        files.push(write_recording(&recording, &folder, "recording.csv")?);
+        files.extend(write_figure(
+            &recording,
+            &change,
+            &folder.join("transition"),
+        )?);
+    }
+    if a.json {
+        return output::json(&summary);
+    }
+    output::line(&format!(
+        "{}, {}, {} from {start_s} s on",
+        subject.name,
+        subject.start_name(),
+        change.name
+    ))?;
+    for line in describe(&summary) {
+        output::line(&line)?;
+    }
+    output::written(&files)
+}
+
+/// Writes the figure of a change as SVG and PNG.
+pub fn write_figure(
+    recording: &Recording,
+    change: &Change,
+    path: &Path,
+) -> Result<Vec<PathBuf>, Failure> {
+    let (start_s, end_s) = change.ramp;
+    let last_s = recording
+        .column(column::TIME_S)
+        .last()
+        .copied()
+        .unwrap_or(0.0);
+    // A motion that fell before the ramp is shown up to its fall.
+    let options = FigureOptions {
+        from_s: Some((start_s - SHOWN_S).min(last_s - 2.0 * SHOWN_S).max(0.0)),
+        to_s: Some((end_s + SHOWN_S).min(last_s)),
+        title: Some(change.name.clone()),
+        ..FigureOptions::default()
+    };
+    transition_figure(recording, change.ramp, &options)
+        .and_then(|figure| figure.write(path))
+        .map_err(output::figure_failure)
+}
+
+/// A change in a few lines.
+pub fn describe(s: &TransitionSummary) -> Vec<String> {
+    let both = |before: Option<f64>, after: Option<f64>| {
+        format!("{} → {}", number(before, 2), number(after, 2))
+    };
+    let fate = if s.survived {
+        format!("stayed up to the end ({:.1} s)", s.survived_s)
+    } else {
+        format!("fell at {:.2} s", s.survived_s)
+    };
+    let steps = match s.steps_to_change {
+        Some(1) => ", changed with the first step".to_owned(),
+        Some(steps) => format!(", changed within {steps} steps"),
+        None => String::new(),
+    };
+    vec![
+        fate,
+        format!(
+            "gait            {} → {}{steps}",
+            s.gait_before, s.gait_after
+        ),
+        format!(
+            "speed           {} m/s",
+            both(s.speed_before_m_per_s, s.speed_after_m_per_s)
+        ),
+        format!("Froude number   {}", both(s.before.froude, s.after.froude)),
+        format!(
+            "double support  {}",
+            both(s.double_support_before, s.double_support_after)
+        ),
+        format!("flight          {}", both(s.flight_before, s.flight_after)),
+        format!(
+            "correlation of kinetic and potential energy  {}",
+            both(
+                s.kinetic_potential_correlation_before,
+                s.kinetic_potential_correlation_after
+            )
+        ),
+    ]
+}
