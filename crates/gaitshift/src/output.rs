@@ -47,7 +47,11 @@ pub fn figure_failure(error: FigureError) -> Failure {
 
 /// A value to `decimals`, or a dash where it is undefined.
 pub fn number(value: Option<f64>, decimals: usize) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
+    // Adding 0 turns -0 into 0.
+    value.map_or_else(
+        || "-".to_owned(),
+        |value| format!("{:.decimals$}", value + 0.0),
+    )
 }
 
 /// The lines of a table of motions: heading, units, and one line per (command, motion).

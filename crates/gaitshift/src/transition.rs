@@ -33,7 +33,7 @@ impl Change {
             profile: CommandProfile::ramp(from, to, start_s, ramp_s),
             ramp: (start_s, start_s + ramp_s),
             duration_s: start_s + ramp_s + after_s,
-            name: format!("ω\u{1d65} {from} → {to} in {ramp_s} s"),
+            name: format!("ω_v {from} → {to} in {ramp_s} s"),
         }
     }
 
@@ -49,7 +49,7 @@ impl Change {
         Ok(Self {
             ramp,
             duration_s: profile.end_s().max(0.0) + after_s,
-            name: format!("ω\u{1d65} after {}", path.display()),
+            name: format!("ω_v after {}", path.display()),
             profile,
         })
     }
@@ -109,7 +109,8 @@ pub fn write_figure(
     let options = FigureOptions {
         from_s: Some((start_s - SHOWN_S).min(last_s - 2.0 * SHOWN_S).max(0.0)),
         to_s: Some((end_s + SHOWN_S).min(last_s)),
-        title: Some(change.name.clone()),
+        // Figures have a subscript, terminals may not.
+        title: Some(change.name.replace("_v", "\u{1d65}")),
         ..FigureOptions::default()
     };
     transition_figure(recording, change.ramp, &options)

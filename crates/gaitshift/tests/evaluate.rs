@@ -1,0 +1,281 @@
+//! `gaitshift evaluate`: the JSON that other programs rely on, the ways to change a motion, the files
+//! written, and bad input. What the shipped controller achieves is not asked here.
+
+mod common;
+use common::Place;
+use gaitshift_analysis::recording::column;
+use gaitshift_analysis::{AnalysisOptions, Recording, summarise};
+use serde_json::Value;
+
+/// The fields of a row that are promised, and whether they are null where undefined.
+const FIELDS: [(&str, bool); 12] = [
+    ("omega_v", true),
+    ("survived_s", false),
+    ("fell", false),
+    ("gait", false),
+    ("speed_m_per_s", true),
+    ("froude", true),
+    ("double_support", true),
+    ("single_support", true),
+    ("flight", true),
+    ("cost_of_transport", true),
+    ("step_frequency_hz", true),
+    ("step_length_m", true),
+];
+
+fn rows(value: &Value) -> &Vec<Value> {
+    value["rows"].as_array().expect("rows")
+}
+
+#[test]
+fn json_has_a_row_for_each_command_with_the_promised_fields() {
+    let value = Place::new().json("evaluate --omega-v 0,0.5,-0.25,3.5 --duration-s 3 --json");
+    assert_eq!(value.as_object().unwrap().len(), 1);
+    let commands: Vec<f64> = rows(&value)
+        .iter()
+        .map(|row| row["omega_v"].as_f64().unwrap())
+        .collect();
+    assert_eq!(commands, [0.0, 0.5, -0.25, 3.5]);
+    for row in rows(&value) {
+        for (field, nullable) in FIELDS {
+            let value = row
+                .get(field)
+                .unwrap_or_else(|| panic!("no {field} in {row}"));
+            match field {
+                "fell" => assert!(value.is_boolean(), "{row}"),
+                "gait" => {
+                    let gaits = ["standing", "walking", "running", "mixed", "fallen"];
+                    assert!(gaits.contains(&value.as_str().unwrap()), "{row}");
+                }
+                _ => assert!(
+                    value.is_number() || nullable && value.is_null(),
+                    "{field}: {row}"
+                ),
+            }
+        }
+        let survived_s = row["survived_s"].as_f64().unwrap();
+        assert_eq!(row["fell"], survived_s < 3.0 - 1e-9, "{row}");
+        let share = |field: &str| row[field].as_f64().unwrap();
+        let shares = ["double_support", "single_support", "flight"].map(share);
+        assert!(
+            shares.iter().all(|share| (0.0..=1.0).contains(share)),
+            "{row}"
+        );
+        assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{row}");
+    }
+}
+
+#[test]
+fn without_options_it_tries_the_whole_range_for_20_s() {
+    let value = Place::new().json("evaluate --json");
+    let commands: Vec<f64> = rows(&value)
+        .iter()
+        .map(|row| row["omega_v"].as_f64().unwrap())
+        .collect();
+    assert_eq!(commands, [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5]);
+    for row in rows(&value) {
+        if row["fell"] == false {
+            assert_eq!(row["survived_s"], 20.0);
+            assert_eq!(row["window_start_s"], 5.0);
+        }
+    }
+}
+
+#[test]
+fn the_table_has_a_line_for_each_command() {
+    let text = Place::new().stdout("evaluate --omega-v 0,3 --duration-s 2");
+    assert!(text.contains("Froude") && text.contains("CoT"), "{text}");
+    let starts = |start: &str| {
+        text.lines()
+            .any(|line| line.trim_start().starts_with(start))
+    };
+    assert!(starts("0  ") && starts("3  "), "{text}");
+}
+
+#[test]
+fn the_same_command_gives_the_same_bytes() {
+    let place = Place::new();
+    for arguments in [
+        "evaluate --omega-v 0,3 --duration-s 3 --json",
+        "evaluate --omega-v 1 --duration-s 3 --seed 7 --json",
+    ] {
+        assert_eq!(place.stdout(arguments), place.stdout(arguments));
+    }
+}
+
+#[test]
+fn a_seed_draws_another_start() {
+    let place = Place::new();
+    place.stdout("evaluate --omega-v 0 --duration-s 1 --out default");
+    place.stdout("evaluate --omega-v 0 --duration-s 1 --seed 1 --out one");
+    place.stdout("evaluate --omega-v 0 --duration-s 1 --seed 2 --out two");
+    let start = |folder: &str| {
+        let file = place.path(folder).join("omega_v_0.csv");
+        let recording = Recording::read_csv(file).unwrap();
+        let legs = column::PHI_RAD.map(|leg| recording.column(leg)[0]);
+        (legs, recording.metadata.seed)
+    };
+    assert_eq!(start("default"), ([0.25, -0.25], 0));
+    assert_ne!(start("one").0, start("default").0);
+    assert_ne!(start("one").0, start("two").0);
+    assert_eq!(start("two").1, 2);
+}
+
+#[test]
+fn a_constant_profile_is_the_command_itself() {
+    let place = Place::new();
+    place.write("one.csv", "time_s,omega_v\n0,1\n");
+    let profile = place.json("evaluate --command-profile one.csv --duration-s 3 --json");
+    let command = place.json("evaluate --omega-v 1 --duration-s 3 --json");
+    assert_eq!(profile, command);
+}
+
+#[test]
+fn under_a_changing_profile_the_command_is_null() {
+    let place = Place::new();
+    place.write("rise.csv", "omega_v, time_s\n-0.5, 0\n3.5, 30\n");
+    let value = place.json("evaluate --command-profile rise.csv --json --out out");
+    assert_eq!(rows(&value).len(), 1);
+    assert!(rows(&value)[0]["omega_v"].is_null());
+    // Without --duration-s the motion outlasts the profile, unless it falls.
+    let survived_s = rows(&value)[0]["survived_s"].as_f64().unwrap();
+    assert!(
+        rows(&value)[0]["fell"] == true || survived_s == 35.0,
+        "{value}"
+    );
+    let recording = Recording::read_csv(place.path("out/profile.csv")).unwrap();
+    let commands = recording.column(column::OMEGA_V);
+    assert!(commands.is_sorted() && commands[0] == -0.5 && *commands.last().unwrap() > -0.5);
+}
+
+#[test]
+fn a_body_file_changes_only_what_it_names() {
+    let place = Place::new();
+    let evaluate = "evaluate --omega-v 0 --duration-s 2 --json";
+    let plain = place.json(evaluate);
+    place.write("same.toml", "leg_length_m = 0.8\n");
+    assert_eq!(plain, place.json(&format!("{evaluate} --body same.toml")));
+    place.write("other.toml", "hip_mass_kg = 35.0\n");
+    assert_ne!(
+        plain,
+        place.json(&format!("{evaluate} --body other.toml --out out"))
+    );
+    let recording = Recording::read_csv(place.path("out/omega_v_0.csv")).unwrap();
+    assert_eq!(recording.metadata.total_mass_kg, 55.0);
+}
+
+#[test]
+fn a_recording_tells_the_same_as_the_row() {
+    let place = Place::new();
+    let value = place.json("evaluate --omega-v 0.5 --duration-s 4 --settling-s 1 --json --out o/p");
+    let recording = Recording::read_csv(place.path("o/p/omega_v_0.5.csv")).unwrap();
+    let options = AnalysisOptions {
+        settling_time_s: 1.0,
+        ..AnalysisOptions::default()
+    };
+    let mut summary = serde_json::to_value(summarise(&recording, &options)).unwrap();
+    summary["omega_v"] = Value::from(0.5);
+    assert_eq!(rows(&value)[0], summary);
+    assert!(place.read("o/p/sweep.svg").starts_with(b"<svg"));
+    assert!(place.read("o/p/sweep.png").starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn nothing_is_written_unasked() {
+    let place = Place::new();
+    place.stdout("evaluate --omega-v 0 --duration-s 1");
+    assert_eq!(std::fs::read_dir(place.path("")).unwrap().count(), 0);
+}
+
+#[test]
+fn criteria_decide_the_exit_code() {
+    let output = Place::new().output("evaluate --criteria --json");
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let checks = value["checks"].as_array().unwrap();
+    let met = checks.iter().filter(|check| check["met"] == true).count();
+    assert_eq!(value["met"], met);
+    assert_eq!(value["accepted"], met == checks.len());
+    assert_eq!(rows(&value).len(), 8);
+    let code = if value["accepted"] == true { 0 } else { 1 };
+    assert_eq!(output.status.code(), Some(code));
+}
+
+#[test]
+fn a_file_that_is_no_controller_is_refused() {
+    let place = Place::new();
+    let shipped = include_bytes!("../../../controllers/biped.safetensors");
+    place.write("half.safetensors", &shipped[..shipped.len() / 2]);
+    place.write("cut.safetensors", &shipped[..shipped.len() - 1]);
+    place.write("head.safetensors", &shipped[..4]);
+    place.write("empty.safetensors", "");
+    place.write("picture.png", b"\x89PNG\r\n\x1a\n some picture");
+    place.write("foreign.safetensors", b"\x02\0\0\0\0\0\0\0{}");
+    for name in [
+        "half.safetensors",
+        "cut.safetensors",
+        "head.safetensors",
+        "empty.safetensors",
+        "picture.png",
+        "foreign.safetensors",
+        "absent.safetensors",
+        ".",
+    ] {
+        place.refused(
+            &format!("evaluate --controller {name}"),
+            &["controller", name, "gaitshift train"],
+        );
+    }
+}
+
+#[test]
+fn a_bad_body_file_is_refused() {
+    let place = Place::new();
+    let cases = [
+        ("unknown.toml", "foot_mas_kg = 2.0\n", "foot_mas_kg"),
+        ("typed.toml", "foot_mass_kg = \"heavy\"\n", "foot_mass_kg"),
+        ("negative.toml", "foot_mass_kg = -1.0\n", "foot_mass_kg"),
+        ("zero.toml", "time_step_s = 0.0\n", "time_step_s"),
+        ("nan.toml", "friction = nan\n", "friction"),
+        ("step.toml", "time_step_s = 0.0003\n", "time_step_s"),
+        ("broken.toml", "foot_mass_kg 2.0\n", "foot_mass_kg"),
+    ];
+    for (name, content, key) in cases {
+        place.write(name, content);
+        place.refused(&format!("evaluate --body {name}"), &[name, key]);
+    }
+    place.refused("evaluate --body absent.toml", &["absent.toml"]);
+}
+
+#[test]
+fn a_bad_profile_is_refused() {
+    let place = Place::new();
+    let cases: [(&str, &[u8], &str); 9] = [
+        ("empty.csv", b"", "time_s"),
+        ("header.csv", b"time_s,omega_v\n", "no data"),
+        ("column.csv", b"time_s,command\n0,1\n", "omega_v"),
+        ("word.csv", b"time_s,omega_v\n0,1\n1,fast\n", "line 3"),
+        ("nan.csv", b"time_s,omega_v\n0,nan\n", "line 2"),
+        ("order.csv", b"time_s,omega_v\n1,0\n0,3\n", "line 3"),
+        ("short.csv", b"time_s,omega_v\n0\n", "omega_v"),
+        ("binary.csv", b"\xff\xfe\x00\x01", "time_s"),
+        (
+            "large.csv",
+            b"time_s,omega_v\n0,1e9\n",
+            "between -100 and 100",
+        ),
+    ];
+    for (name, content, word) in cases {
+        place.write(name, content);
+        place.refused(&format!("evaluate --command-profile {name}"), &[name, word]);
+    }
+    place.refused("evaluate --command-profile absent.csv", &["absent.csv"]);
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_a_failure() {
+    let place = Place::new();
+    place.write("file", "in the way");
+    let output = place.output("evaluate --omega-v 0 --duration-s 1 --out file/out");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("file/out"));
+}

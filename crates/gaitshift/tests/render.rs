@@ -1,0 +1,115 @@
+//! `gaitshift render`: which pictures are drawn where, and bad input. What they show is tested with the
+//! figures themselves.
+
+mod common;
+use common::Place;
+
+fn place_with_recording() -> Place {
+    let place = Place::new();
+    place.write_toy_recording("toy.csv");
+    place
+}
+
+#[test]
+fn both_pictures_are_drawn_beside_the_recording() {
+    let place = place_with_recording();
+    let text = place.stdout("render toy.csv --from-s 1 --to-s 2 --fps 10 --width 200");
+    assert!(place.read("toy.gif").starts_with(b"GIF89a"));
+    assert!(place.read("toy-stride.svg").starts_with(b"<svg"));
+    assert!(place.read("toy-stride.png").starts_with(b"\x89PNG"));
+    for name in ["toy.gif", "toy-stride.svg", "toy-stride.png"] {
+        assert!(text.contains(&format!("wrote {name}")), "{text}");
+    }
+}
+
+#[test]
+fn the_ending_of_the_file_says_which_picture_is_drawn() {
+    let place = place_with_recording();
+    let names = || {
+        let entries = std::fs::read_dir(place.path("out")).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    };
+    place.stdout("render toy.csv --out out/move.gif --to-s 1 --fps 5 --width 160");
+    assert_eq!(names(), ["move.gif"]);
+    place.stdout("render toy.csv --out out/stride.svg --stride-at-s 3 --poses 4");
+    assert_eq!(names(), ["move.gif", "stride.svg"]);
+    place.stdout("render toy.csv --out out --strobe");
+    assert_eq!(
+        names(),
+        ["move.gif", "stride.svg", "toy-stride.png", "toy-stride.svg"]
+    );
+}
+
+#[test]
+fn the_same_recording_gives_the_same_pictures() {
+    let place = place_with_recording();
+    for folder in ["one", "two"] {
+        place.stdout(&format!(
+            "render toy.csv --out {folder} --to-s 1 --fps 5 --width 160"
+        ));
+    }
+    for name in ["toy.gif", "toy-stride.svg", "toy-stride.png"] {
+        assert_eq!(
+            place.read(&format!("one/{name}")),
+            place.read(&format!("two/{name}"))
+        );
+    }
+}
+
+#[test]
+fn a_motion_without_a_stride_is_still_animated() {
+    let place = Place::new();
+    place.stdout("evaluate --omega-v 0 --duration-s 0.5 --out .");
+    let output = place.output("render omega_v_0.csv --fps 5 --width 160");
+    assert_eq!(output.status.code(), Some(0));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no strobe picture"));
+    assert!(place.path("omega_v_0.gif").exists());
+    place.refused(
+        "render omega_v_0.csv --strobe",
+        &["no whole stride", "--stride-at-s"],
+    );
+}
+
+#[test]
+fn a_bad_recording_is_refused() {
+    let place = place_with_recording();
+    let whole = String::from_utf8(place.read("toy.csv")).unwrap();
+    place.write("cut.csv", &whole[..whole.len() / 2]);
+    place.write("other.csv", "time,value\n0,1\n");
+    place.write("binary.csv", b"\xff\x00\x01");
+    place.write("empty.csv", "");
+    place.write("nan.csv", whole.replacen("\n0.0,", "\nnan,", 1));
+    for name in [
+        "cut.csv",
+        "other.csv",
+        "binary.csv",
+        "empty.csv",
+        "nan.csv",
+        "absent.csv",
+        ".",
+    ] {
+        place.refused(&format!("render {name}"), &[name]);
+    }
+}
+
+#[test]
+fn options_out_of_range_are_refused() {
+    let place = place_with_recording();
+    for (arguments, word) in [
+        ("--from-s 50", "0 s to 6 s"),
+        ("--from-s 3 --to-s 2", "time range"),
+        ("--fps 0", "fps"),
+        ("--fps 1000", "fps"),
+        ("--width 1", "width"),
+        ("--slow-motion 0", "slow_motion"),
+        ("--poses 1 --strobe", "poses"),
+        ("--stride-at-s 100", "--stride-at-s"),
+        ("--strobe --out x.gif", ".svg"),
+    ] {
+        place.refused(&format!("render toy.csv {arguments}"), &[word]);
+    }
+}
