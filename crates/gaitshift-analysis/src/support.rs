@@ -1,7 +1,8 @@
 //! Support phases: which feet bear weight when.
 //!
-//! A foot is in contact during a control period if the mean ground reaction force on it exceeds a
-//! fraction of body weight; [`ContactRule`] then removes chatter. Sums of both feet's contacts are the
+//! A foot comes into contact in the control period whose mean ground reaction force exceeds a fraction
+//! of body weight, and leaves it when the force falls to a smaller fraction; [`ContactRule`] then removes
+//! chatter. Sums of both feet's contacts are the
 //! phases double support, single support and flight.
 
 use serde::{Deserialize, Serialize};
@@ -13,10 +14,17 @@ use crate::recording::{Recording, Side, TIME_TOLERANCE_S, Window, column};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ContactRule {
-    /// The least vertical ground reaction force on a foot in contact, as a fraction of body weight.
+    /// The vertical ground reaction force beyond which a foot comes into contact, as a fraction of
+    /// body weight.
     ///
     /// Default 0.05: 20 N for a body of 40 kg, a customary threshold for force plates.
     pub min_force_fraction: f64,
+    /// The force at which a foot in contact leaves the ground, as a fraction of body weight; one above
+    /// `min_force_fraction` counts as that.
+    ///
+    /// Default 0.01: a rear foot that trails with a few newtons before it lifts off is still down, and
+    /// must not count as lifted and set down again whenever the force wavers about one threshold.
+    pub release_force_fraction: f64,
     /// An interruption of a contact shorter than this is filled, s.
     ///
     /// Default 0.02 s: a bouncing foot loses the ground for a few milliseconds, a foot that swings is
@@ -32,6 +40,7 @@ impl Default for ContactRule {
     fn default() -> Self {
         Self {
             min_force_fraction: 0.05,
+            release_force_fraction: 0.01,
             min_gap_s: 0.02,
             min_contact_s: 0.02,
         }
@@ -238,12 +247,17 @@ impl Support {
 /// Period `k` lies between the rows `k` and `k + 1`; its mean force stands in row `k + 1`.
 fn contact_of_periods(recording: &Recording, side: Side, rule: &ContactRule) -> Vec<bool> {
     let weight_n = recording.metadata.total_mass_kg * recording.metadata.gravity_m_per_s2;
-    let threshold_n = rule.min_force_fraction * weight_n;
+    let touch_n = rule.min_force_fraction * weight_n;
+    let release_n = touch_n.min(rule.release_force_fraction * weight_n);
     let forces = recording.column(column::NORMAL_FORCE_N[side.index()]);
+    let mut down = false;
     let mut contact: Vec<bool> = forces
         .iter()
         .skip(1)
-        .map(|&force| force > threshold_n)
+        .map(|&force| {
+            down = force > if down { release_n } else { touch_n };
+            down
+        })
         .collect();
     replace_short_runs(recording, &mut contact, false, rule.min_gap_s);
     replace_short_runs(recording, &mut contact, true, rule.min_contact_s);

@@ -52,6 +52,24 @@ fn contact_begins_above_the_stated_fraction_of_body_weight() {
 }
 
 #[test]
+fn a_trailing_foot_stays_down_until_its_force_falls_to_the_release_fraction() {
+    let [touch_n, trail_n, gone_n] = [0.5, 0.03, 0.01].map(|fraction| fraction * WEIGHT_N);
+    let mut forces = vec![0.0; 8];
+    forces.extend([touch_n; 8]);
+    // Wavering about the threshold of touchdown neither lifts the foot nor sets it down anew.
+    forces.extend([trail_n; 8]);
+    forces.extend([0.08 * WEIGHT_N; 6]);
+    forces.extend([trail_n; 8]);
+    forces.extend([gone_n; 8]);
+    forces.extend([trail_n; 8]);
+    let support = Support::find(&right_forces(&forces), &ContactRule::default());
+    let [contact] = support.contacts(Side::Right) else {
+        panic!("one contact, not {:?}", support.contacts(Side::Right));
+    };
+    assert_eq!((contact.start_row(), contact.end_row()), (8, 38));
+}
+
+#[test]
 fn gaps_shorter_than_20_ms_are_filled() {
     assert_eq!(contacts("____######___######____"), [(4, 19)]);
     assert_eq!(contacts("____######____######____"), [(4, 10), (14, 20)]);

@@ -30,6 +30,7 @@ pub(crate) struct Streams {
 pub struct Agent {
     pub(crate) learner: Learner<f32>,
     pub(crate) streams: Streams,
+    slots: Vec<usize>,
     batch: Batch<f32>,
     noise: [Vec<f32>; 2],
     scratch: PolicyScratch,
@@ -52,6 +53,7 @@ impl Agent {
         let rows = learner.config.batch_size;
         Ok(Self {
             scratch: PolicyScratch::new(&learner.actor.network),
+            slots: vec![0; rows],
             batch: Batch::zeros(rows, observation_size, action_size),
             noise: [0, 1].map(|_| vec![0.0; rows * action_size]),
             streams: Streams {
@@ -225,10 +227,11 @@ impl Agent {
                 .as_ref()
                 .map(|mirror| (mirror, mirrored)),
         };
-        replay.sample(&mut self.streams.sampling, &sampling, &mut self.batch)?;
+        replay.draw(&mut self.streams.sampling, &mut self.slots)?;
         for noise in &mut self.noise {
             fill_normal(&mut self.streams.noise, noise);
         }
+        replay.gather(&self.slots, &sampling, &mut self.batch)?;
         let [next, current] = &self.noise;
         self.learner.update(&self.batch, Noise { next, current })
     }

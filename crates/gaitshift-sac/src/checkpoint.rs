@@ -404,7 +404,7 @@ impl ReplayBuffer {
             head: self.head,
         };
         let width = self.width();
-        let tensors = self
+        let mut tensors: Vec<_> = self
             .columns()
             .into_iter()
             .map(|(name, offset, size)| {
@@ -422,6 +422,15 @@ impl ReplayBuffer {
                 )
             })
             .collect();
+        let flags = Box::new(|| self.flags.clone());
+        tensors.push((
+            "flags".to_owned(),
+            Lazy {
+                dtype: Dtype::U8,
+                shape: vec![self.len()],
+                bytes: flags,
+            },
+        ));
         write(path, REPLAY, REPLAY_KEY, &header, tensors)
     }
 
@@ -453,9 +462,14 @@ impl ReplayBuffer {
         }
         (buffer.filled, buffer.head) = (header.filled, header.head);
         let (len, width) = (buffer.len(), buffer.width());
+        // The file holds as much as its header says, or this fails before any memory is filled.
+        buffer
+            .flags
+            .extend_from_slice(reader.bytes("flags", Dtype::U8, &[len])?);
+        buffer.data.resize(len * width, 0.0);
         for (name, offset, size) in buffer.columns() {
             let mut values = reader.floats(name, &[len, size])?;
-            for slot in buffer.data.chunks_exact_mut(width).take(len) {
+            for slot in buffer.data.chunks_exact_mut(width) {
                 for (place, value) in slot[offset..offset + size].iter_mut().zip(&mut values) {
                     *place = value;
                 }

@@ -10,10 +10,10 @@ pub const LANES: usize = 8;
 pub trait Lanes<T>: Copy {
     /// The same scalar eight times.
     fn splat(value: T) -> Self;
-    /// The first eight scalars of a slice.
-    fn load(from: &[T]) -> Self;
-    /// To the first eight scalars of a slice.
-    fn store(self, to: &mut [T]);
+    /// The eight scalars of a slice that start at `place`.
+    fn load(from: &[T], place: usize) -> Self;
+    /// To the eight scalars of a slice that start at `place`.
+    fn store(self, to: &mut [T], place: usize);
     /// Sum.
     fn add(self, other: Self) -> Self;
     /// Difference.
@@ -49,12 +49,13 @@ impl<T: Real> Lanes<T> for Portable<T> {
         Self([value; LANES])
     }
     #[inline(always)]
-    fn load(from: &[T]) -> Self {
+    fn load(from: &[T], place: usize) -> Self {
+        let from = &from[place..place + LANES];
         Self(std::array::from_fn(|lane| from[lane]))
     }
     #[inline(always)]
-    fn store(self, to: &mut [T]) {
-        to[..LANES].copy_from_slice(&self.0);
+    fn store(self, to: &mut [T], place: usize) {
+        to[place..place + LANES].copy_from_slice(&self.0);
     }
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -113,13 +114,13 @@ mod avx {
             unsafe { Self(_mm256_set1_ps(value)) }
         }
         #[inline(always)]
-        fn load(from: &[f32]) -> Self {
-            let from = &from[..LANES];
+        fn load(from: &[f32], place: usize) -> Self {
+            let from = &from[place..place + LANES];
             unsafe { Self(_mm256_loadu_ps(from.as_ptr())) }
         }
         #[inline(always)]
-        fn store(self, to: &mut [f32]) {
-            let to = &mut to[..LANES];
+        fn store(self, to: &mut [f32], place: usize) {
+            let to = &mut to[place..place + LANES];
             unsafe { _mm256_storeu_ps(to.as_mut_ptr(), self.0) }
         }
         #[inline(always)]

@@ -7,9 +7,8 @@
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::dense::{
-    self, Epilogue, HALF_PANEL, MatMul, Outer, PANEL, padded, panel_index, row_stride,
-};
+use crate::dense::{self, Epilogue, MatMul, Outer, PANEL, padded, panel_index, row_stride};
+use crate::lanes::{LANES, Lanes};
 use crate::random::uniform;
 use crate::real::{Buffer, LINE, Real, wide};
 
@@ -418,10 +417,12 @@ impl<T: Real> Mlp<T> {
             if self.shape.layer_norm {
                 normalise(
                     rows,
-                    layer.units,
-                    layer.stride,
-                    &self.parameters[layer.gain..][..layer.padded],
-                    &self.parameters[layer.shift..][..layer.padded],
+                    Norm {
+                        units: layer.units,
+                        stride: layer.stride,
+                        gain: &self.parameters[layer.gain..][..layer.padded],
+                        shift: &self.parameters[layer.shift..][..layer.padded],
+                    },
                     &mut scratch.value,
                     &mut scratch.normalised,
                     &mut scratch.inverse_deviation,
@@ -486,7 +487,6 @@ impl<T: Real> Mlp<T> {
                 let (gain, shift) = gradient[layer.gain..].split_at_mut(layer.shift - layer.gain);
                 normalise_weight_gradient(
                     rows,
-                    layer.padded,
                     layer.stride,
                     &deltas.front,
                     &scratch.normalised,
@@ -565,19 +565,25 @@ impl<T: Real> Mlp<T> {
         let last = &hidden[depth - 1];
         let rows = selected.len();
         let weight = &self.parameters[self.layout.weight..][..last.padded];
-        for delta in deltas.front.chunks_exact_mut(last.stride).take(rows) {
-            delta[..last.padded].copy_from_slice(weight);
-        }
+        seed_selected(
+            selected,
+            weight,
+            last.stride,
+            &activations.layers[depth - 1].value,
+            &mut deltas.front,
+        );
         for index in (0..depth).rev() {
             let layer = &hidden[index];
             let scratch = &activations.layers[index];
-            mask_selected(
-                selected,
-                layer.padded,
-                layer.stride,
-                &scratch.value,
-                &mut deltas.front,
-            );
+            if index + 1 < depth {
+                mask_selected(
+                    selected,
+                    layer.padded,
+                    layer.stride,
+                    &scratch.value,
+                    &mut deltas.front,
+                );
+            }
             if self.shape.layer_norm {
                 normalise_back_selected(
                     selected,
@@ -640,30 +646,30 @@ fn transpose<T: Real>(weight: &[T], inputs: usize, units: usize, columns: usize,
     }
 }
 
-/// Sum of eight partial sums in a fixed order.
+/// Sum of the products of two rows, a whole number of lanes long.
 #[inline(always)]
-fn fold<T: Real>(lanes: [T; HALF_PANEL]) -> T {
-    let [a, b, c, d, e, f, g, h] = lanes;
-    ((a + e) + (c + g)) + ((b + f) + (d + h))
-}
-
-#[inline(always)]
-fn dot<T: Real>(a: &[T], b: &[T]) -> T {
-    let mut lanes = [T::ZERO; HALF_PANEL];
-    for (a, b) in a.chunks_exact(HALF_PANEL).zip(b.chunks_exact(HALF_PANEL)) {
-        for lane in 0..HALF_PANEL {
-            lanes[lane] += a[lane] * b[lane];
-        }
+fn dot<T: Real, V: Lanes<T>>(a: &[T], b: &[T]) -> T {
+    let mut sum = V::splat(T::ZERO);
+    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
+        sum = V::load(a, 0).mul_add(V::load(b, 0), sum);
     }
-    fold(lanes)
+    sum.sum()
 }
 
 wide! {
     /// out = X Wᵀ + bias, for the few rows of W that an output layer has.
-    fn project<T, V>(rows: usize, padded: usize, x: &[T], stride: usize, weight: &[T], bias: &[T], out: &mut [T]) {
+    fn project<T, V>(
+        rows: usize,
+        padded: usize,
+        x: &[T],
+        stride: usize,
+        weight: &[T],
+        bias: &[T],
+        out: &mut [T],
+    ) {
         for (x, out) in x.chunks(stride).take(rows).zip(out.chunks_exact_mut(bias.len())) {
             for ((out, weight), &bias) in out.iter_mut().zip(weight.chunks_exact(padded)).zip(bias) {
-                *out = bias + dot(&x[..padded], weight);
+                *out = bias + dot::<T, V>(&x[..padded], weight);
             }
         }
     }
@@ -681,14 +687,18 @@ wide! {
         bias: &mut [T],
     ) {
         let outputs = bias.len();
-        weight.fill(T::ZERO);
-        bias.fill(T::ZERO);
-        for (x, d_out) in x.chunks(stride).take(rows).zip(d_out.chunks_exact(outputs)) {
-            for ((weight, bias), &d_out) in weight.chunks_exact_mut(padded).zip(bias.iter_mut()).zip(d_out) {
-                *bias += d_out;
-                for (weight, &x) in weight.iter_mut().zip(&x[..padded]) {
-                    *weight += d_out * x;
+        for (output, (weight, bias)) in weight.chunks_exact_mut(padded).zip(bias).enumerate() {
+            for (column, weight) in weight.chunks_exact_mut(LANES).enumerate() {
+                let mut sum = V::splat(T::ZERO);
+                for row in 0..rows {
+                    let x = V::load(x, row * stride + column * LANES);
+                    sum = V::splat(d_out[row * outputs + output]).mul_add(x, sum);
                 }
+                sum.store(weight, 0);
+            }
+            *bias = T::ZERO;
+            for row in 0..rows {
+                *bias += d_out[row * outputs + output];
             }
         }
     }
@@ -706,18 +716,18 @@ wide! {
         delta: &mut [T],
     ) {
         let outputs = weight.len() / padded;
-        for ((delta, value), d_out) in
-            delta.chunks_mut(stride).zip(value.chunks(stride)).take(rows).zip(d_out.chunks_exact(outputs))
+        for ((delta, value), d_out) in delta
+            .chunks_mut(stride)
+            .zip(value.chunks(stride))
+            .take(rows)
+            .zip(d_out.chunks_exact(outputs))
         {
-            let delta = &mut delta[..padded];
-            delta.fill(T::ZERO);
-            for (weight, &d_out) in weight.chunks_exact(padded).zip(d_out) {
-                for (delta, &weight) in delta.iter_mut().zip(weight) {
-                    *delta += d_out * weight;
+            for column in (0..padded).step_by(LANES) {
+                let mut sum = V::splat(T::ZERO);
+                for (weight, &d_out) in weight.chunks_exact(padded).zip(d_out) {
+                    sum = V::splat(d_out).mul_add(V::load(weight, column), sum);
                 }
-            }
-            for (delta, &value) in delta.iter_mut().zip(&value[..padded]) {
-                *delta = if value > T::ZERO { *delta } else { T::ZERO };
+                sum.where_positive(V::load(value, column)).store(delta, column);
             }
         }
     }
@@ -726,12 +736,81 @@ wide! {
 wide! {
     /// Sum over rows: the gradient of a bias.
     fn column_sums<T, V>(rows: usize, stride: usize, delta: &[T], sums: &mut [T]) {
-        sums.fill(T::ZERO);
-        for delta in delta.chunks(stride).take(rows) {
-            for (sum, &delta) in sums.iter_mut().zip(delta) {
-                *sum += delta;
+        for (column, sums) in sums.chunks_exact_mut(LANES).enumerate() {
+            let mut sum = V::splat(T::ZERO);
+            for row in 0..rows {
+                sum = sum.add(V::load(delta, row * stride + column * LANES));
             }
+            sum.store(sums, 0);
         }
+    }
+}
+
+/// Rows that are normalised together, so that one row's sums hide the latency of another's.
+const NORMALISED: usize = 4;
+
+/// Parameters of a layer normalisation.
+#[derive(Clone, Copy)]
+struct Norm<'a, T> {
+    units: usize,
+    stride: usize,
+    gain: &'a [T],
+    shift: &'a [T],
+}
+
+/// `ROWS` rows of [`normalise`]; each row's arithmetic does not depend on `ROWS`.
+#[inline(always)]
+fn normalise_rows<T: Real, V: Lanes<T>, const ROWS: usize>(
+    norm: Norm<'_, T>,
+    value: &mut [T],
+    normalised: &mut [T],
+    inverse_deviation: &mut [T],
+) {
+    let Norm {
+        units,
+        stride,
+        gain,
+        shift,
+    } = norm;
+    let inverse_units = T::ONE / T::from_f64(units as f64);
+    let padded = gain.len();
+    let whole = units - units % LANES;
+    let mut sums = [V::splat(T::ZERO); ROWS];
+    for column in (0..padded).step_by(LANES) {
+        for (row, sum) in sums.iter_mut().enumerate() {
+            *sum = sum.add(V::load(value, row * stride + column));
+        }
+    }
+    let means = sums.map(|sum| sum.sum() * inverse_units);
+    let mut squares = [V::splat(T::ZERO); ROWS];
+    for column in (0..whole).step_by(LANES) {
+        for (row, squares) in squares.iter_mut().enumerate() {
+            let centred = V::load(value, row * stride + column).sub(V::splat(means[row]));
+            *squares = centred.mul_add(centred, *squares);
+        }
+    }
+    for row in 0..ROWS {
+        let mean = means[row];
+        let mut squares = squares[row].sum();
+        // Padding is no unit: it must not enter the variance.
+        for &value in &value[row * stride..][whole..units] {
+            squares += (value - mean) * (value - mean);
+        }
+        let variance = squares * inverse_units;
+        inverse_deviation[row] = T::ONE / (variance + T::from_f64(LAYER_NORM_EPSILON)).sqrt();
+    }
+    for column in (0..padded).step_by(LANES) {
+        let (gain, shift) = (V::load(gain, column), V::load(shift, column));
+        for row in 0..ROWS {
+            let place = row * stride + column;
+            let centred = V::load(value, place).sub(V::splat(means[row]));
+            let result = centred.mul(V::splat(inverse_deviation[row]));
+            result.store(normalised, place);
+            result.mul_add(gain, shift).rectify().store(value, place);
+        }
+    }
+    for row in 0..ROWS {
+        normalised[row * stride..][units..padded].fill(T::ZERO);
     }
 }
 
@@ -739,45 +818,22 @@ wide! {
     /// Layer normalisation and ReLU in place: value ← max(gain (value − mean) / deviation + shift, 0).
     fn normalise<T, V>(
         rows: usize,
-        units: usize,
-        stride: usize,
-        gain: &[T],
-        shift: &[T],
+        norm: Norm<'_, T>,
         value: &mut [T],
         normalised: &mut [T],
         inverse_deviation: &mut [T],
     ) {
-        let inverse_units = T::ONE / T::from_f64(units as f64);
-        let padded = gain.len();
-        for ((value, normalised), inverse_deviation) in value
-            .chunks_mut(stride)
-            .zip(normalised.chunks_mut(stride))
-            .zip(inverse_deviation)
-            .take(rows)
-        {
-            let (value, normalised) = (&mut value[..padded], &mut normalised[..padded]);
-            let mut lanes = [T::ZERO; HALF_PANEL];
-            for value in value.chunks_exact(HALF_PANEL) {
-                for lane in 0..HALF_PANEL {
-                    lanes[lane] += value[lane];
-                }
-            }
-            let mean = fold(lanes) * inverse_units;
-            for (normalised, &value) in normalised.iter_mut().zip(value.iter()) {
-                *normalised = value - mean;
-            }
-            // Padding is no unit: it must not enter the variance.
-            normalised[units..].fill(T::ZERO);
-            let variance = dot(normalised, normalised) * inverse_units;
-            let inverse = T::ONE / (variance + T::from_f64(LAYER_NORM_EPSILON)).sqrt();
-            *inverse_deviation = inverse;
-            for (((value, normalised), &gain), &shift) in
-                value.iter_mut().zip(normalised).zip(gain).zip(shift)
-            {
-                *normalised = *normalised * inverse;
-                let result = *normalised * gain + shift;
-                // Written so that NaN stays NaN and is noticed.
-                *value = if result < T::ZERO { T::ZERO } else { result };
+        let mut row = 0;
+        while row < rows {
+            let value = &mut value[row * norm.stride..];
+            let normalised = &mut normalised[row * norm.stride..];
+            let inverse_deviation = &mut inverse_deviation[row..];
+            if rows - row >= NORMALISED {
+                normalise_rows::<T, V, NORMALISED>(norm, value, normalised, inverse_deviation);
+                row += NORMALISED;
+            } else {
+                normalise_rows::<T, V, 1>(norm, value, normalised, inverse_deviation);
+                row += 1;
             }
         }
     }
@@ -787,22 +843,24 @@ wide! {
     /// Gradient of gain and shift.
     fn normalise_weight_gradient<T, V>(
         rows: usize,
-        padded: usize,
         stride: usize,
         delta: &[T],
         normalised: &[T],
         gain: &mut [T],
         shift: &mut [T],
     ) {
-        gain.fill(T::ZERO);
-        shift.fill(T::ZERO);
-        for (delta, normalised) in delta.chunks(stride).zip(normalised.chunks(stride)).take(rows) {
-            for (((gain, shift), &delta), &normalised) in
-                gain.iter_mut().zip(shift.iter_mut()).zip(&delta[..padded]).zip(&normalised[..padded])
-            {
-                *gain += delta * normalised;
-                *shift += delta;
+        for (column, (gain, shift)) in
+            gain.chunks_exact_mut(LANES).zip(shift.chunks_exact_mut(LANES)).enumerate()
+        {
+            let (mut gain_sum, mut shift_sum) = (V::splat(T::ZERO), V::splat(T::ZERO));
+            for row in 0..rows {
+                let place = row * stride + column * LANES;
+                let delta = V::load(delta, place);
+                gain_sum = delta.mul_add(V::load(normalised, place), gain_sum);
+                shift_sum = shift_sum.add(delta);
             }
+            gain_sum.store(gain, 0);
+            shift_sum.store(shift, 0);
         }
     }
 }
@@ -810,7 +868,7 @@ wide! {
 /// One row of the derivative through layer normalisation, in place:
 /// δ ← (g δ − mean(g δ) − x̂ mean(g δ x̂)) / deviation.
 #[inline(always)]
-fn normalise_row_back<T: Real>(
+fn normalise_row_back<T: Real, V: Lanes<T>>(
     units: usize,
     gain: &[T],
     normalised: &[T],
@@ -818,24 +876,29 @@ fn normalise_row_back<T: Real>(
     delta: &mut [T],
 ) {
     let inverse_units = T::ONE / T::from_f64(units as f64);
-    let mut sum = [T::ZERO; HALF_PANEL];
-    let mut product = [T::ZERO; HALF_PANEL];
+    let (mut sum, mut product) = (V::splat(T::ZERO), V::splat(T::ZERO));
     for ((delta, gain), normalised) in delta
-        .chunks_exact_mut(HALF_PANEL)
-        .zip(gain.chunks_exact(HALF_PANEL))
-        .zip(normalised.chunks_exact(HALF_PANEL))
+        .chunks_exact(LANES)
+        .zip(gain.chunks_exact(LANES))
+        .zip(normalised.chunks_exact(LANES))
     {
-        for lane in 0..HALF_PANEL {
-            let scaled = delta[lane] * gain[lane];
-            delta[lane] = scaled;
-            sum[lane] += scaled;
-            product[lane] += scaled * normalised[lane];
-        }
+        let scaled = V::load(delta, 0).mul(V::load(gain, 0));
+        sum = sum.add(scaled);
+        product = scaled.mul_add(V::load(normalised, 0), product);
     }
-    let mean = fold(sum) * inverse_units;
-    let product = fold(product) * inverse_units;
-    for (delta, &normalised) in delta.iter_mut().zip(normalised) {
-        *delta = (*delta - mean - normalised * product) * inverse;
+    let mean = V::splat(T::ZERO - sum.sum() * inverse_units);
+    let product = V::splat(T::ZERO - product.sum() * inverse_units);
+    let inverse = V::splat(inverse);
+    for ((delta, gain), normalised) in delta
+        .chunks_exact_mut(LANES)
+        .zip(gain.chunks_exact(LANES))
+        .zip(normalised.chunks_exact(LANES))
+    {
+        let centred = V::load(delta, 0).mul_add(V::load(gain, 0), mean);
+        V::load(normalised, 0)
+            .mul_add(product, centred)
+            .mul(inverse)
+            .store(delta, 0);
     }
     // Gains of padding are zero, but the mean is not.
     delta[units..].fill(T::ZERO);
@@ -855,7 +918,7 @@ wide! {
         for ((delta, normalised), &inverse) in
             delta.chunks_mut(stride).zip(normalised.chunks(stride)).zip(inverse_deviation).take(rows)
         {
-            normalise_row_back(units, gain, &normalised[..padded], inverse, &mut delta[..padded]);
+            normalise_row_back::<T, V>(units, gain, &normalised[..padded], inverse, &mut delta[..padded]);
         }
     }
 }
@@ -873,7 +936,20 @@ wide! {
         let padded = gain.len();
         for (delta, &row) in delta.chunks_mut(stride).zip(selected) {
             let normalised = &normalised[row * stride..][..padded];
-            normalise_row_back(units, gain, normalised, inverse_deviation[row], &mut delta[..padded]);
+            normalise_row_back::<T, V>(units, gain, normalised, inverse_deviation[row], &mut delta[..padded]);
+        }
+    }
+}
+
+wide! {
+    /// The one row of output weights, where the selected row of `value` is positive.
+    fn seed_selected<T, V>(selected: &[usize], weight: &[T], stride: usize, value: &[T], delta: &mut [T]) {
+        for (delta, &row) in delta.chunks_mut(stride).zip(selected) {
+            let value = &value[row * stride..];
+            for column in (0..weight.len()).step_by(LANES) {
+                let masked = V::load(weight, column).where_positive(V::load(value, column));
+                masked.store(delta, column);
+            }
         }
     }
 }
@@ -882,8 +958,10 @@ wide! {
     /// Zero where the selected row of `value` is not positive.
     fn mask_selected<T, V>(selected: &[usize], padded: usize, stride: usize, value: &[T], delta: &mut [T]) {
         for (delta, &row) in delta.chunks_mut(stride).zip(selected) {
-            for (delta, &value) in delta[..padded].iter_mut().zip(&value[row * stride..]) {
-                *delta = if value > T::ZERO { *delta } else { T::ZERO };
+            let value = &value[row * stride..];
+            for column in (0..padded).step_by(LANES) {
+                let masked = V::load(delta, column).where_positive(V::load(value, column));
+                masked.store(delta, column);
             }
         }
     }
@@ -902,7 +980,7 @@ wide! {
     ) {
         for (delta, &row) in delta.chunks(stride).zip(selected) {
             for (out, weight) in d_tail[row * tail..][..tail].iter_mut().zip(tail_rows.chunks_exact(padded)) {
-                *out = dot(&delta[..padded], weight);
+                *out = dot::<T, V>(&delta[..padded], weight);
             }
         }
     }

@@ -13,16 +13,15 @@ use crate::random::below;
 use crate::real::Real;
 
 /// Numbers of a transition besides observations and action.
-const EXTRAS: usize = 4;
+const EXTRAS: usize = 3;
 const LOG_PROB: usize = 0;
 const REWARD: usize = 1;
 const ENTROPY_SCALE: usize = 2;
-const FLAGS: usize = 3;
 
-/// Flags, stored as small whole numbers in an `f32`.
-const TERMINATED: u32 = 1;
-const TRUNCATED: u32 = 2;
-const INVALID: u32 = 4;
+/// Flags of a slot.
+const TERMINATED: u8 = 1;
+const TRUNCATED: u8 = 2;
+const INVALID: u8 = 4;
 
 /// One step of all streams, stream after stream.
 #[derive(Clone, Copy, Debug)]
@@ -116,8 +115,10 @@ pub struct ReplayBuffer {
     pub(crate) head: usize,
     /// Valid transitions held.
     pub(crate) valid: usize,
-    /// Slot after slot: observation, action, next observation, extras.
+    /// Slot after slot as far as filled: observation, action, next observation, extras.
     pub(crate) data: Vec<f32>,
+    /// Flags of each slot, apart so that drawing valid slots touches little memory.
+    pub(crate) flags: Vec<u8>,
 }
 
 impl ReplayBuffer {
@@ -152,18 +153,26 @@ impl ReplayBuffer {
             "from 1 to 65536",
         )?;
         let width = 2 * observation_size + action_size + EXTRAS;
-        let fits = capacity >= streams
-            && capacity
-                .checked_mul(width * 4)
-                .is_some_and(|b| b < isize::MAX as usize);
         require(
-            fits,
+            capacity >= streams,
             "replay_capacity",
             &capacity,
-            "at least the number of streams and small enough for memory",
+            "at least the number of streams",
         )?;
         let rows = capacity / streams;
-        let data = vec![0.0; rows * streams * width];
+        // Address space is taken at once, so that a capacity beyond the machine's memory is an error here;
+        // memory itself is used as the ring fills.
+        let (mut data, mut flags) = (Vec::new(), Vec::new());
+        let reserved = (rows * streams)
+            .checked_mul(width)
+            .is_some_and(|len| data.try_reserve_exact(len).is_ok())
+            && flags.try_reserve_exact(rows * streams).is_ok();
+        require(
+            reserved,
+            "replay_capacity",
+            &capacity,
+            "small enough for this machine's memory",
+        )?;
         Ok(Self {
             observation_size,
             action_size,
@@ -173,6 +182,7 @@ impl ReplayBuffer {
             head: 0,
             valid: 0,
             data,
+            flags,
         })
     }
 
@@ -214,6 +224,8 @@ impl ReplayBuffer {
     /// Forgets everything.
     pub fn clear(&mut self) {
         (self.filled, self.head, self.valid) = (0, 0, 0);
+        self.data.clear();
+        self.flags.clear();
     }
 
     pub(crate) fn width(&self) -> usize {
@@ -221,7 +233,7 @@ impl ReplayBuffer {
     }
 
     /// Name, offset in a slot and size of each part of a transition.
-    pub(crate) fn columns(&self) -> [(&'static str, usize, usize); 7] {
+    pub(crate) fn columns(&self) -> [(&'static str, usize, usize); 6] {
         let (observation, action) = (self.observation_size, self.action_size);
         let extras = self.width() - EXTRAS;
         [
@@ -231,24 +243,21 @@ impl ReplayBuffer {
             ("log_probs", extras + LOG_PROB, 1),
             ("rewards", extras + REWARD, 1),
             ("entropy_scales", extras + ENTROPY_SCALE, 1),
-            ("flags", extras + FLAGS, 1),
         ]
     }
 
-    /// Brings the count of valid transitions up to date with the data.
+    /// Brings the count of valid transitions up to date with the flags.
     pub(crate) fn count_valid(&mut self) {
-        self.valid = (0..self.len())
-            .filter(|&slot| self.flags(slot) & INVALID == 0)
+        self.valid = self
+            .flags
+            .iter()
+            .filter(|&flags| flags & INVALID == 0)
             .count();
     }
 
     fn slot(&self, slot: usize) -> &[f32] {
         let width = self.width();
         &self.data[slot * width..][..width]
-    }
-
-    fn flags(&self, slot: usize) -> u32 {
-        self.slot(slot)[self.width() - EXTRAS + FLAGS] as u32
     }
 
     /// Stores one step of every stream, over the oldest where the ring is full.
@@ -289,31 +298,31 @@ impl ReplayBuffer {
         }
 
         let width = self.width();
+        let filling = self.filled < self.rows;
+        if filling {
+            // Within the capacity reserved at the start: no allocation.
+            self.data.resize(self.data.len() + streams * width, 0.0);
+            self.flags.resize(self.flags.len() + streams, 0);
+        }
         for stream in 0..streams {
             let slot = self.head * streams + stream;
-            if self.filled == self.rows && self.flags(slot) & INVALID == 0 {
+            if !filling && self.flags[slot] & INVALID == 0 {
                 self.valid -= 1;
             }
+            let row = |size: usize| stream * size..(stream + 1) * size;
             let (observation, rest) =
                 self.data[slot * width..][..width].split_at_mut(observation_size);
             let (action, rest) = rest.split_at_mut(action_size);
             let (next_observation, extras) = rest.split_at_mut(observation_size);
-            let row = |size: usize| stream * size..(stream + 1) * size;
             observation.copy_from_slice(&step.observations[row(observation_size)]);
             action.copy_from_slice(&step.actions[row(action_size)]);
             next_observation.copy_from_slice(&step.next_observations[row(observation_size)]);
-            let mut flags = 0;
-            for (set, flag) in [
-                (step.terminated[stream], TERMINATED),
-                (step.truncated[stream], TRUNCATED),
-                (!step.valid[stream], INVALID),
-            ] {
-                flags |= if set { flag } else { 0 };
-            }
             extras[LOG_PROB] = step.log_probs[stream];
             extras[REWARD] = step.rewards[stream];
             extras[ENTROPY_SCALE] = step.entropy_scales[stream];
-            extras[FLAGS] = flags as f32;
+            self.flags[slot] = TERMINATED * u8::from(step.terminated[stream])
+                + TRUNCATED * u8::from(step.truncated[stream])
+                + INVALID * u8::from(!step.valid[stream]);
             self.valid += usize::from(step.valid[stream]);
         }
         self.head = (self.head + 1) % self.rows;
@@ -321,36 +330,71 @@ impl ReplayBuffer {
         Ok(())
     }
 
-    /// Fills `batch` with windows that start at transitions drawn uniformly from the valid ones.
+    /// Draws transitions uniformly from the valid ones, as many as `slots` is long.
+    ///
+    /// # Errors
+    /// When no valid transition is held.
+    pub fn draw(&self, rng: &mut impl Rng, slots: &mut [usize]) -> Result<(), SacError> {
+        if self.valid == 0 {
+            return Err(SacError::EmptyReplay);
+        }
+        for place in slots {
+            let slot = loop {
+                let slot = below(rng, self.len());
+                if self.flags[slot] & INVALID == 0 {
+                    break slot;
+                }
+            };
+            prefetch(self.slot(slot));
+            *place = slot;
+        }
+        Ok(())
+    }
+
+    /// Fills `batch` with the windows that start at the given slots (0 to [`ReplayBuffer::len`], as
+    /// [`ReplayBuffer::draw`] gives them).
     ///
     /// A window runs until it has `n_step` rewards, a terminated or truncated step, the newest row or a gap,
     /// and bootstraps from the observation it ends in unless it terminated.
     ///
     /// # Errors
-    /// When no valid transition is held.
-    pub fn sample(
+    /// When there are not as many slots as the batch has rows, or one is not held.
+    pub fn gather(
         &self,
-        rng: &mut impl Rng,
+        slots: &[usize],
         sampling: &Sampling<'_>,
         batch: &mut Batch<f32>,
     ) -> Result<(), SacError> {
-        if self.valid == 0 {
-            return Err(SacError::EmptyReplay);
-        }
-        for row in 0..batch.rows() {
-            let slot = loop {
-                let slot = below(rng, self.len());
-                if self.flags(slot) & INVALID == 0 {
-                    break slot;
-                }
-            };
-            self.gather(slot, sampling, row, batch);
+        length("slots", slots.len(), batch.rows())?;
+        length(
+            "batch.observations",
+            batch.observations.len(),
+            slots.len() * self.observation_size,
+        )?;
+        length(
+            "batch.actions",
+            batch.actions.len(),
+            slots.len() * self.action_size,
+        )?;
+        length(
+            "batch.next_observations",
+            batch.next_observations.len(),
+            slots.len() * self.observation_size,
+        )?;
+        for (row, &slot) in slots.iter().enumerate() {
+            require(
+                slot < self.len(),
+                "slot",
+                &slot,
+                "below the number of transitions held",
+            )?;
+            self.window(slot, sampling, row, batch);
         }
         Ok(())
     }
 
     /// Writes the window that starts at `slot` to row `row` of `batch`.
-    fn gather(&self, slot: usize, sampling: &Sampling<'_>, row: usize, batch: &mut Batch<f32>) {
+    fn window(&self, slot: usize, sampling: &Sampling<'_>, row: usize, batch: &mut Batch<f32>) {
         let (observation_size, action_size) = (self.observation_size, self.action_size);
         let mirror = sampling
             .mirrored
@@ -390,12 +434,12 @@ impl ReplayBuffer {
             sum += discount * reward;
             discount *= sampling.gamma;
             steps += 1;
-            let flags = extras[FLAGS] as u32;
+            let flags = self.flags[slot];
             let time = slot / self.streams;
             let ended =
                 flags & (TERMINATED | TRUNCATED) != 0 || steps >= sampling.n_step || time == newest;
             let next = (slot + self.streams) % self.capacity();
-            if ended || self.flags(next) & INVALID != 0 {
+            if ended || self.flags[next] & INVALID != 0 {
                 break (transition, flags & TERMINATED != 0);
             }
             slot = next;
@@ -423,4 +467,18 @@ pub(crate) fn length(what: &'static str, found: usize, expected: usize) -> Resul
             expected,
         })
     }
+}
+
+/// Asks for the memory of a transition ahead of its use: the transitions of a batch lie far apart, and the waits
+/// for them then overlap.
+#[inline(always)]
+fn prefetch(values: &[f32]) {
+    #[cfg(target_arch = "x86_64")]
+    for line in values.chunks(crate::real::LINE) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: a hint for an address inside the slice; every x86-64 processor has it.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = values;
 }

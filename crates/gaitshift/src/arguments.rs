@@ -211,11 +211,11 @@ pub struct EvaluateArguments {
     pub command_profile: Option<PathBuf>,
 
     /// Duration of each motion in s, 0.1 to 3600 [default: 20; 5 s beyond the end of a longer profile]
-    #[arg(long, value_name = "S", value_parser = duration_s)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = duration_s)]
     pub duration_s: Option<f64>,
 
     /// Time in s at the beginning that is left out of the figures, at most half of the motion
-    #[arg(long, value_name = "S", default_value = "5", value_parser = time_s)]
+    #[arg(long, value_name = "S", default_value = "5", allow_negative_numbers = true, value_parser = time_s)]
     pub settling_s: f64,
 
     /// Judge by the whole list of criteria of a finished controller; exit code 1 if one is not met
@@ -263,23 +263,23 @@ pub struct TransitionArguments {
     pub subject: SubjectArguments,
 
     /// Command ω_v before the ramp, -100 to 100
-    #[arg(long, value_name = "OMEGA_V", default_value = "0", allow_hyphen_values = true, value_parser = omega_v)]
+    #[arg(long, value_name = "OMEGA_V", default_value = "0", allow_negative_numbers = true, value_parser = omega_v)]
     pub from: f64,
 
     /// Command ω_v after the ramp, -100 to 100
-    #[arg(long, value_name = "OMEGA_V", default_value = "3", allow_hyphen_values = true, value_parser = omega_v)]
+    #[arg(long, value_name = "OMEGA_V", default_value = "3", allow_negative_numbers = true, value_parser = omega_v)]
     pub to: f64,
 
     /// Duration of the ramp in s; 0 for a jump
-    #[arg(long, value_name = "S", default_value = "0.4", value_parser = time_s)]
+    #[arg(long, value_name = "S", default_value = "0.4", allow_negative_numbers = true, value_parser = time_s)]
     pub ramp_s: f64,
 
     /// Time in s at which the ramp begins
-    #[arg(long, value_name = "S", default_value = "10", value_parser = time_s)]
+    #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true, value_parser = time_s)]
     pub start_s: f64,
 
     /// Duration in s of the motion after the ramp, or after the last line of a profile
-    #[arg(long, value_name = "S", default_value = "10", value_parser = duration_s)]
+    #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true, value_parser = duration_s)]
     pub after_s: f64,
 
     /// The command over time instead of a ramp: a CSV file with the columns `time_s,omega_v`
@@ -324,19 +324,19 @@ pub struct RenderArguments {
     pub strobe: bool,
 
     /// Begin at this time of the recording in s [default: its start]
-    #[arg(long, value_name = "S", value_parser = time_s)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
     pub from_s: Option<f64>,
 
     /// End at this time of the recording in s [default: its end]
-    #[arg(long, value_name = "S", value_parser = time_s)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
     pub to_s: Option<f64>,
 
     /// Frames of the animation per second, 1 to 50
-    #[arg(long, value_name = "N", default_value = "25", value_parser = number)]
+    #[arg(long, value_name = "N", default_value = "25", allow_negative_numbers = true, value_parser = number)]
     pub fps: f64,
 
     /// How many times slower than in reality the animation plays, 0.1 to 100
-    #[arg(long, value_name = "TIMES", default_value = "1", value_parser = number)]
+    #[arg(long, value_name = "TIMES", default_value = "1", allow_negative_numbers = true, value_parser = number)]
     pub slow_motion: f64,
 
     /// Width of the animation in pixels, 160 to 1920
@@ -344,7 +344,7 @@ pub struct RenderArguments {
     pub width: u32,
 
     /// Draw the stride of the right leg around this time in s [default: the middle of the time range]
-    #[arg(long, value_name = "S", value_parser = time_s)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
     pub stride_at_s: Option<f64>,
 
     /// Poses of the stride, 2 to 60

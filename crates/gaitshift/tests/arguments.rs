@@ -80,7 +80,11 @@ fn numbers_out_of_range_are_refused() {
         ("evaluate --omega-v 0,,3", "--omega-v", "not a number"),
         ("evaluate --omega-v=", "--omega-v", "not a number"),
         ("evaluate --omega-v fast", "--omega-v", "not a number"),
-        ("evaluate --duration-s -1", "--duration-s", "-1"),
+        (
+            "evaluate --duration-s -1",
+            "--duration-s",
+            "from 0.1 to 3600 s",
+        ),
         (
             "evaluate --duration-s=-1",
             "--duration-s",

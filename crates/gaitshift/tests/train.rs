@@ -138,8 +138,10 @@ fn an_interrupt_writes_a_checkpoint_to_go_on_from() {
     let mut first = String::new();
     lines.read_line(&mut first).unwrap();
     assert!(first.contains("run in run"), "{first}");
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]);
-    assert!({ kill }.status().unwrap().success());
+    let interrupted = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(interrupted.unwrap().success());
     let mut rest = String::new();
     lines.read_to_string(&mut rest).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(130), "{rest}");

@@ -1,0 +1,313 @@
+//! An agent is the same run bit for bit
+//!
+//! - with 1, 2 and 4 threads, with every option on,
+//! - when the seed is the same, and another when it is not,
+//! - whether or not it was saved, dropped, loaded and resumed on the way, replay buffer included.
+//!
+//! Divergence is reported, an update allocates nothing, settings out of range are refused by name.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use gaitshift_sac::{
+    Agent, Mirror, NamedTensor, ReplayBuffer, SacConfig, SacError, Temperature, Transitions,
+    UpdateStats,
+};
+
+/// Counts the allocations of each thread.
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: passes everything on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const OBSERVATIONS: usize = 3;
+const ACTIONS: usize = 2;
+const STREAMS: usize = 4;
+
+fn mirror() -> Mirror {
+    Mirror {
+        observation: vec![(1, 1.0), (0, 1.0), (2, -1.0)],
+        action: vec![(1, 1.0), (0, 1.0)],
+    }
+}
+
+fn config(threads: usize) -> SacConfig {
+    SacConfig {
+        actor_hidden: vec![20, 33],
+        critic_hidden: vec![40, 17],
+        actor_layer_norm: true,
+        critic_layer_norm: true,
+        learning_rate: 1e-3,
+        batch_size: 200,
+        n_step: 3,
+        temperature: Temperature::Auto {
+            initial: 0.2,
+            target_entropy: None,
+            learning_rate: 1e-3,
+        },
+        actor_every: 2,
+        mirror_loss_weight: 0.5,
+        mirrored_fraction: 0.5,
+        actor_average_decay: 0.95,
+        max_grad_norm: Some(1.0),
+        threads,
+        ..SacConfig::default()
+    }
+}
+
+/// A task of no interest whose every number depends on the actions, so that no difference stays hidden.
+struct Task {
+    states: Vec<f32>,
+    steps: u64,
+}
+
+impl Task {
+    fn new() -> Self {
+        Self {
+            states: (0..STREAMS * OBSERVATIONS)
+                .map(|index| (index as f32).sin())
+                .collect(),
+            steps: 0,
+        }
+    }
+
+    fn step(&mut self, agent: &mut Agent, replay: &mut ReplayBuffer) {
+        let (mut actions, mut log_probs) = ([0.0; STREAMS * ACTIONS], [0.0; STREAMS]);
+        agent
+            .act(&self.states, &mut actions, &mut log_probs)
+            .unwrap();
+        let mut next = [0.0; STREAMS * OBSERVATIONS];
+        let mut rewards = [0.0; STREAMS];
+        for stream in 0..STREAMS {
+            for index in 0..OBSERVATIONS {
+                let place = stream * OBSERVATIONS + index;
+                let action = actions[stream * ACTIONS + index % ACTIONS];
+                next[place] =
+                    0.8 * self.states[place] + 0.3 * action + 0.05 * (self.steps as f32).cos();
+                rewards[stream] -= next[place] * next[place];
+            }
+        }
+        self.steps += 1;
+        let at = |every: u64| -> [bool; STREAMS] {
+            std::array::from_fn(|stream| (self.steps + stream as u64).is_multiple_of(every))
+        };
+        replay
+            .push(Transitions {
+                observations: &self.states,
+                actions: &actions,
+                log_probs: &log_probs,
+                rewards: &rewards,
+                entropy_scales: &[1.0, 0.5, 0.25, 1.0],
+                next_observations: &next,
+                terminated: &at(11),
+                truncated: &at(17),
+                valid: &at(23).map(|gap| !gap),
+            })
+            .unwrap();
+        self.states.copy_from_slice(&next);
+    }
+}
+
+/// Everything that a run leaves behind, as bits.
+fn run(
+    agent: &mut Agent,
+    replay: &mut ReplayBuffer,
+    task: &mut Task,
+    steps: usize,
+) -> Vec<UpdateStats> {
+    (0..steps)
+        .map(|_| {
+            task.step(agent, replay);
+            agent.update(replay).unwrap()
+        })
+        .collect()
+}
+
+fn bits(tensors: &[NamedTensor<f32>]) -> Vec<u32> {
+    tensors
+        .iter()
+        .flat_map(|tensor| tensor.values.iter().map(|value| value.to_bits()))
+        .collect()
+}
+
+fn parameters(agent: &Agent) -> Vec<u32> {
+    let learner = agent.learner();
+    let mut all = bits(&agent.policy().tensors());
+    all.extend(bits(&agent.averaged_policy().unwrap().tensors()));
+    for (critic, target) in learner.critics.iter().zip(&learner.targets) {
+        all.extend(bits(&critic.network.tensors()));
+        all.extend(bits(&target.tensors()));
+    }
+    all
+}
+
+fn start(threads: usize, seed: u64) -> (Agent, ReplayBuffer, Task) {
+    let agent = Agent::new(config(threads), OBSERVATIONS, ACTIONS, Some(mirror()), seed).unwrap();
+    let replay = ReplayBuffer::new(600, STREAMS, OBSERVATIONS, ACTIONS).unwrap();
+    (agent, replay, Task::new())
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let results = [1, 2, 4].map(|threads| {
+        let (mut agent, mut replay, mut task) = start(threads, 1);
+        let stats = run(&mut agent, &mut replay, &mut task, 200);
+        (stats, parameters(&agent), task.states)
+    });
+    assert!(results[0] == results[1] && results[0] == results[2]);
+}
+
+#[test]
+fn the_seed_decides() {
+    let results = [1, 1, 2].map(|seed| {
+        let (mut agent, mut replay, mut task) = start(1, seed);
+        run(&mut agent, &mut replay, &mut task, 30);
+        parameters(&agent)
+    });
+    assert!(results[0] == results[1] && results[0] != results[2]);
+}
+
+#[test]
+fn a_resumed_run_goes_on_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let (agent_path, replay_path) = (
+        folder.path().join("agent.safetensors"),
+        folder.path().join("replay.safetensors"),
+    );
+    // Stopped before and after the ring of 150 rows wraps, at odd and even updates.
+    for pause in [31, 170] {
+        let (mut agent, mut replay, mut task) = start(1, 3);
+        let mut stats = run(&mut agent, &mut replay, &mut task, pause);
+        agent.save(&agent_path).unwrap();
+        replay.save(&replay_path).unwrap();
+        stats.extend(run(&mut agent, &mut replay, &mut task, 40));
+
+        let (mut resumed, mut loaded, mut again) = start(1, 3);
+        let mut resumed_stats = run(&mut resumed, &mut loaded, &mut again, pause);
+        let mut resumed = Agent::load(&agent_path).unwrap();
+        let mut loaded = ReplayBuffer::load(&replay_path).unwrap();
+        assert_eq!(resumed.updates(), pause as u64);
+        assert_eq!(resumed.mirror(), Some(&mirror()));
+        assert_eq!(resumed.config(), &config(1));
+        resumed_stats.extend(run(&mut resumed, &mut loaded, &mut again, 40));
+        assert_eq!(stats, resumed_stats);
+        assert!(parameters(&agent) == parameters(&resumed));
+        assert_eq!(task.states, again.states);
+    }
+}
+
+#[test]
+fn saving_twice_gives_the_same_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut agent, mut replay, mut task) = start(1, 4);
+    run(&mut agent, &mut replay, &mut task, 5);
+    let bytes = ["a", "b"].map(|name| {
+        let path = folder.path().join(name);
+        agent.save(&path).unwrap();
+        std::fs::read(path).unwrap()
+    });
+    assert!(bytes[0] == bytes[1]);
+}
+
+#[test]
+fn rates_and_weights_can_be_changed_on_the_way() {
+    let (mut agent, mut replay, mut task) = start(1, 5);
+    run(&mut agent, &mut replay, &mut task, 3);
+    agent.set_learning_rate(1e-9).unwrap();
+    agent.set_gamma(0.5).unwrap();
+    let before = parameters(&agent);
+    let first = agent.policy().tensors()[0].values[0];
+    run(&mut agent, &mut replay, &mut task, 1);
+    assert!(before != parameters(&agent));
+    assert!((agent.policy().tensors()[0].values[0] - first).abs() < 1e-7);
+    assert!(agent.set_learning_rate(-1.0).is_err());
+    assert!(agent.set_gamma(1.5).is_err());
+    // The temperature is learned here and cannot be set.
+    assert!(agent.set_alpha(0.1).is_err());
+    let fixed = SacConfig {
+        temperature: Temperature::Fixed { alpha: 0.2 },
+        ..config(1)
+    };
+    let mut agent = Agent::new(fixed, OBSERVATIONS, ACTIONS, Some(mirror()), 1).unwrap();
+    agent.set_alpha(0.05).unwrap();
+    assert_eq!(agent.alpha(), 0.05);
+    assert_eq!(agent.update(&replay).unwrap().alpha, 0.05);
+    assert!(agent.set_alpha(f64::NAN).is_err());
+}
+
+#[test]
+fn divergence_is_an_error_that_says_so() {
+    let config = SacConfig {
+        learning_rate: 1e30,
+        actor_layer_norm: false,
+        critic_layer_norm: false,
+        ..config(1)
+    };
+    let mut agent = Agent::new(config, OBSERVATIONS, ACTIONS, Some(mirror()), 1).unwrap();
+    let (mut healthy, mut replay, mut task) = start(1, 6);
+    run(&mut healthy, &mut replay, &mut task, 20);
+    let error = (0..50).find_map(|_| agent.update(&replay).err()).unwrap();
+    assert!(matches!(error, SacError::Diverged { .. }), "{error}");
+    assert!(error.to_string().contains("lower the learning rate"));
+    let folder = tempfile::tempdir().unwrap();
+    assert!(
+        agent.save(&folder.path().join("diverged")).is_err(),
+        "a broken agent must not replace a good one"
+    );
+}
+
+#[test]
+fn nothing_is_allocated_after_the_start() {
+    let (mut agent, mut replay, mut task) = start(1, 7);
+    run(&mut agent, &mut replay, &mut task, 20);
+    let (mut actions, mut log_probs) = ([0.0; STREAMS * ACTIONS], [0.0; STREAMS]);
+    let before = ALLOCATIONS.with(Cell::get);
+    for _ in 0..20 {
+        task.step(&mut agent, &mut replay);
+        agent.update(&replay).unwrap();
+        agent
+            .act(&task.states, &mut actions, &mut log_probs)
+            .unwrap();
+        agent.act_deterministic(&task.states, &mut actions).unwrap();
+    }
+    assert_eq!(ALLOCATIONS.with(Cell::get) - before, 0);
+    let counted = ALLOCATIONS.with(Cell::get);
+    drop(Box::new(1u8));
+    assert!(ALLOCATIONS.with(Cell::get) > counted, "the count works");
+}
+
+#[test]
+fn wrong_use_is_an_error() {
+    let (mut agent, replay, _) = start(1, 8);
+    assert!(matches!(agent.update(&replay), Err(SacError::EmptyReplay)));
+    let other = ReplayBuffer::new(10, 1, OBSERVATIONS + 1, ACTIONS).unwrap();
+    assert!(matches!(agent.update(&other), Err(SacError::Length { .. })));
+    assert!(agent.act(&[0.0; 3], &mut [0.0; 2], &mut [0.0; 2]).is_err());
+    assert!(agent.act_deterministic(&[0.0; 3], &mut [0.0; 3]).is_err());
+    assert!(agent.act_deterministic(&[0.0; 4], &mut [0.0; 2]).is_err());
+    let without = Agent::new(config(1), OBSERVATIONS, ACTIONS, None, 1).unwrap_err();
+    assert!(
+        matches!(
+            without,
+            SacError::NoMirror {
+                key: "mirror_loss_weight"
+            }
+        ),
+        "{without}"
+    );
+}

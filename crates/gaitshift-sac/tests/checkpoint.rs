@@ -1,0 +1,185 @@
+//! Files that are not what they should be give one error that names the file, what is wrong and what to do; none
+//! makes the program panic. (That a whole file resumes bit for bit is shown in `agent.rs`.)
+
+use std::path::{Path, PathBuf};
+
+use gaitshift_sac::{Agent, ReplayBuffer, SacConfig, SacError, Transitions};
+use tempfile::TempDir;
+
+struct Files {
+    folder: TempDir,
+    agent: PathBuf,
+    replay: PathBuf,
+}
+
+fn files() -> Files {
+    let folder = tempfile::tempdir().unwrap();
+    let (agent, replay) = (
+        folder.path().join("agent.safetensors"),
+        folder.path().join("replay.safetensors"),
+    );
+    let config = SacConfig {
+        actor_hidden: vec![8],
+        critic_hidden: vec![8],
+        ..SacConfig::default()
+    };
+    Agent::new(config, 2, 1, None, 1)
+        .unwrap()
+        .save(&agent)
+        .unwrap();
+    let mut buffer = ReplayBuffer::new(6, 2, 2, 1).unwrap();
+    for _ in 0..2 {
+        buffer
+            .push(Transitions {
+                observations: &[0.0; 4],
+                actions: &[0.0; 2],
+                log_probs: &[0.0; 2],
+                rewards: &[0.0; 2],
+                entropy_scales: &[1.0; 2],
+                next_observations: &[0.0; 4],
+                terminated: &[false; 2],
+                truncated: &[false; 2],
+                valid: &[true; 2],
+            })
+            .unwrap();
+    }
+    buffer.save(&replay).unwrap();
+    Files {
+        folder,
+        agent,
+        replay,
+    }
+}
+
+/// Loading fails with a message that names the file and holds `cause`.
+fn refuse_agent(path: &Path, cause: &str) {
+    let error = Agent::load(path).unwrap_err();
+    let text = error.to_string();
+    assert!(
+        text.contains(path.to_str().unwrap()) && text.contains(cause),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_missing_file() {
+    let files = files();
+    let path = files.folder.path().join("nothing");
+    refuse_agent(&path, "No such file");
+    assert!(matches!(
+        ReplayBuffer::load(&path),
+        Err(SacError::File { action: "read", .. })
+    ));
+}
+
+#[test]
+fn every_truncation() {
+    let files = files();
+    let bytes = std::fs::read(&files.agent).unwrap();
+    let path = files.folder.path().join("cut");
+    for length in (0..bytes.len())
+        .step_by(bytes.len() / 60)
+        .chain([bytes.len() - 1])
+    {
+        std::fs::write(&path, &bytes[..length]).unwrap();
+        refuse_agent(&path, "use an earlier checkpoint");
+    }
+    let bytes = std::fs::read(&files.replay).unwrap();
+    for length in [0, 7, 8, 100, bytes.len() - 1] {
+        std::fs::write(&path, &bytes[..length]).unwrap();
+        assert!(matches!(
+            ReplayBuffer::load(&path),
+            Err(SacError::Format { .. })
+        ));
+    }
+}
+
+#[test]
+fn foreign_files() {
+    let files = files();
+    let path = files.folder.path().join("foreign");
+    std::fs::write(&path, "this is no checkpoint at all, it is prose").unwrap();
+    refuse_agent(&path, "not a valid agent checkpoint");
+    // Each is the other's foreign file.
+    refuse_agent(&files.replay, "no entry `gaitshift-sac-agent`");
+    assert!(matches!(
+        ReplayBuffer::load(&files.agent),
+        Err(SacError::Format { .. })
+    ));
+    // Without metadata.
+    let empty = safetensors::serialize(
+        Vec::<(String, safetensors::tensor::TensorView<'_>)>::new(),
+        None,
+    )
+    .unwrap();
+    std::fs::write(&path, empty).unwrap();
+    refuse_agent(&path, "no entry `gaitshift-sac-agent`");
+}
+
+/// Replaces text of the header by text of the same length.
+fn alter(from: &Path, to: &Path, old: &str, new: &str) {
+    assert_eq!(old.len(), new.len());
+    let mut bytes = std::fs::read(from).unwrap();
+    let place = bytes
+        .windows(old.len())
+        .position(|window| window == old.as_bytes())
+        .expect(old);
+    bytes[place..place + old.len()].copy_from_slice(new.as_bytes());
+    std::fs::write(to, bytes).unwrap();
+}
+
+#[test]
+fn altered_headers() {
+    let files = files();
+    let path = files.folder.path().join("altered");
+    for (old, new, cause) in [
+        (r#"\"format\":1"#, r#"\"format\":7"#, "has format 7"),
+        (
+            "\"critic_2.output.bias\"",
+            "\"critic_2.outPUT.bias\"",
+            "`critic_2.output.bias` is missing",
+        ),
+        (r#"\"gamma\":0.99"#, r#"\"gamma\":9.99"#, "`gamma` is 9.99"),
+        (
+            r#"\"gamma\":0.99"#,
+            r#"\"gamMa\":0.99"#,
+            "unknown field `gamMa`",
+        ),
+        (
+            r#"\"actor_hidden\":[8]"#,
+            r#"\"actor_hidden\":[9]"#,
+            "but F32 [9, 2] is needed",
+        ),
+    ] {
+        alter(&files.agent, &path, old, new);
+        refuse_agent(&path, cause);
+    }
+    for (old, new) in [
+        (r#"\"filled\":2"#, r#"\"filled\":3"#),
+        (r#"\"head\":2"#, r#"\"head\":7"#),
+        (r#"\"streams\":2"#, r#"\"streams\":0"#),
+        (r#"\"rows\":3"#, r#"\"rows\":1"#),
+    ] {
+        alter(&files.replay, &path, old, new);
+        let error = ReplayBuffer::load(&path).unwrap_err();
+        assert!(matches!(error, SacError::Format { .. }), "{old}: {error}");
+    }
+}
+
+#[test]
+fn a_folder_that_does_not_exist() {
+    let files = files();
+    let path = files.folder.path().join("no/such/folder/agent");
+    let agent = Agent::load(&files.agent).unwrap();
+    let error = agent.save(&path).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            SacError::File {
+                action: "write",
+                ..
+            }
+        ),
+        "{error}"
+    );
+}

@@ -1,0 +1,139 @@
+//! A policy is the actor alone: rebuilt from its tensors it acts alike, rows do not influence each other, its
+//! log-probabilities are those of the density its actions follow, and tensors that do not fit are refused by name.
+
+use gaitshift_sac::{Agent, MlpShape, Policy, PolicyError, SacConfig, streams};
+
+fn agent(layer_norm: bool) -> Agent {
+    let config = SacConfig {
+        actor_hidden: vec![30, 24],
+        critic_hidden: vec![8],
+        actor_layer_norm: layer_norm,
+        ..SacConfig::default()
+    };
+    Agent::new(config, 3, 2, None, 5).unwrap()
+}
+
+fn observations(rows: usize) -> Vec<f32> {
+    (0..rows * 3)
+        .map(|index| (index as f32 * 0.7).sin())
+        .collect()
+}
+
+#[test]
+fn tensors_carry_everything() {
+    for layer_norm in [false, true] {
+        let mut agent = agent(layer_norm);
+        let policy = agent.policy();
+        let mut rebuilt = Policy::from_tensors(policy.shape().clone(), &policy.tensors()).unwrap();
+        let (mut expected, mut found) = ([0.0; 10], [0.0; 10]);
+        agent
+            .act_deterministic(&observations(5), &mut expected)
+            .unwrap();
+        rebuilt.mean_action(&observations(5), &mut found).unwrap();
+        assert_eq!(expected, found);
+        assert!(
+            found
+                .iter()
+                .all(|action| action.abs() < 1.0 && *action != 0.0)
+        );
+    }
+}
+
+/// More rows than fit one chunk, too.
+#[test]
+fn rows_do_not_influence_each_other() {
+    for layer_norm in [false, true] {
+        let mut policy = agent(layer_norm).policy();
+        let all = observations(150);
+        let mut together = vec![0.0; 300];
+        policy.mean_action(&all, &mut together).unwrap();
+        for (observation, expected) in all.chunks(3).zip(together.chunks(2)) {
+            let mut alone = [0.0; 2];
+            policy.mean_action(observation, &mut alone).unwrap();
+            assert_eq!(alone, expected);
+        }
+    }
+}
+
+/// The mean of 1 / density over samples is the volume of the action space, here 2² (the tanh covers it all).
+#[test]
+fn log_probabilities_normalise() {
+    let mut policy = agent(false).policy();
+    let [mut rng] = streams(1);
+    let rows = 50_000;
+    let all: Vec<f32> = observations(1).repeat(rows);
+    let (mut actions, mut log_probs) = (vec![0.0; rows * 2], vec![0.0; rows]);
+    policy
+        .sample(&all, &mut rng, &mut actions, &mut log_probs)
+        .unwrap();
+    // Within half the range, away from the edges where 1 / density has no finite variance.
+    let inside = |pair: &[f32]| pair.iter().all(|action| action.abs() < 0.5);
+    let volume: f64 = actions
+        .chunks(2)
+        .zip(&log_probs)
+        .filter(|(pair, _)| inside(pair))
+        .map(|(_, &log_prob)| f64::from(-log_prob).exp())
+        .sum::<f64>()
+        / rows as f64;
+    assert!((volume - 1.0).abs() < 0.03, "{volume}");
+}
+
+#[test]
+fn tensors_that_do_not_fit_are_refused() {
+    let policy = agent(true).policy();
+    let (shape, tensors) = (policy.shape().clone(), policy.tensors());
+    let without = |name: &str| {
+        tensors
+            .iter()
+            .filter(|tensor| tensor.name != name)
+            .cloned()
+            .collect::<Vec<_>>()
+    };
+    let missing = Policy::from_tensors(shape.clone(), &without("layers.1.norm.bias")).unwrap_err();
+    assert!(
+        matches!(&missing, PolicyError::Missing { name } if name == "layers.1.norm.bias"),
+        "{missing}"
+    );
+
+    let mut altered = tensors.clone();
+    altered[0].shape.reverse();
+    let wrong = Policy::from_tensors(shape.clone(), &altered).unwrap_err();
+    assert!(
+        matches!(&wrong, PolicyError::TensorShape { name, .. } if name == "layers.0.weight"),
+        "{wrong}"
+    );
+
+    let mut altered = tensors.clone();
+    altered[0].values.pop();
+    assert!(matches!(
+        Policy::from_tensors(shape.clone(), &altered),
+        Err(PolicyError::TensorShape { .. })
+    ));
+
+    let mut altered = tensors.clone();
+    altered[2].values[3] = f32::INFINITY;
+    assert!(matches!(
+        Policy::from_tensors(shape.clone(), &altered),
+        Err(PolicyError::NotFinite { .. })
+    ));
+
+    for bad in [
+        MlpShape {
+            outputs: 3,
+            ..shape.clone()
+        },
+        MlpShape {
+            hidden: vec![],
+            ..shape.clone()
+        },
+        MlpShape {
+            inputs: usize::MAX,
+            ..shape
+        },
+    ] {
+        assert!(matches!(
+            Policy::from_tensors(bad, &tensors),
+            Err(PolicyError::Shape { .. })
+        ));
+    }
+}
