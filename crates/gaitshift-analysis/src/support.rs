@@ -219,8 +219,8 @@ impl Support {
                 .parts(window, wanted)
                 .map(|part| part.duration_s(recording))
                 .sum();
-            // Rounding must not make a share larger than the whole.
-            ratio(part_s, duration_s).map(|share| share.min(1.0))
+            // Rounding must not make a share larger than the whole; an empty sum is -0.
+            ratio(part_s, duration_s).map(|share| share.min(1.0) + 0.0)
         };
         Some(SupportFractions {
             double_support: share(|phase| phase == SupportPhase::Double)?,

@@ -359,11 +359,16 @@ fn read(path: &Path) -> Result<String, ConfigError> {
     })
 }
 
-/// Puts the values of `over` into `base`, table by table; arrays are replaced whole.
+/// Puts the values of `over` into `base`, table by table; arrays, and tables whose key `kind` says
+/// what else they hold, are replaced whole.
 fn overlay(base: &mut toml::Table, over: toml::Table) {
     for (key, value) in over {
         match (base.get_mut(&key), value) {
-            (Some(toml::Value::Table(inner)), toml::Value::Table(over)) => overlay(inner, over),
+            (Some(toml::Value::Table(inner)), toml::Value::Table(over))
+                if !over.contains_key("kind") =>
+            {
+                overlay(inner, over);
+            }
             (_, value) => {
                 base.insert(key, value);
             }

@@ -112,6 +112,18 @@ fn mistakes_are_reported_with_file_and_key() {
 }
 
 #[test]
+fn the_temperature_can_be_switched_and_resolved() {
+    let text = "[learner]\ntemperature = { kind = \"auto\", initial = 0.1 }\n";
+    let e = Experiment::parse(text, "mine.toml").unwrap();
+    let again = Experiment::parse(&e.to_toml().unwrap(), "resolved").unwrap();
+    assert_eq!(again, e);
+    assert_ne!(
+        e.learner.temperature,
+        Experiment::recipe("paper").unwrap().learner.temperature
+    );
+}
+
+#[test]
 fn body_overrides_change_what_they_name_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("body.toml");

@@ -442,10 +442,7 @@ impl ReplayBuffer {
     pub fn load(path: &Path) -> Result<Self, SacError> {
         let bytes = Reader::read(path)?;
         let (reader, header) = Reader::open::<ReplayHeader>(REPLAY, REPLAY_KEY, path, &bytes)?;
-        let capacity = header
-            .rows
-            .checked_mul(header.streams)
-            .unwrap_or(usize::MAX);
+        let capacity = header.rows.saturating_mul(header.streams);
         let mut buffer = Self::new(
             capacity,
             header.streams,

@@ -110,9 +110,13 @@ impl SacConfig {
                 "one or more layers of 1 to 65536 units",
             )?;
         }
-        for (key, value) in [("learning_rate", self.learning_rate)] {
-            require(value.is_finite() && value > 0.0, key, &value, "above 0")?;
-        }
+        let rate = self.learning_rate;
+        require(
+            rate.is_finite() && rate > 0.0,
+            "learning_rate",
+            &rate,
+            "above 0",
+        )?;
         require(
             (0.0..=1.0).contains(&self.gamma),
             "gamma",

@@ -8,6 +8,8 @@
 //! Every output element is one sum in the order of the shared index, whatever the tile it falls in, so the
 //! result for a row does not depend on how many rows are computed with it.
 
+use std::sync::atomic::{AtomicU8, Ordering};
+
 use crate::real::{Real, wide};
 
 /// Columns of a full panel.
@@ -141,17 +143,35 @@ pub fn outer<T: Real>(product: Outer<'_, T>) {
     T::outer(product);
 }
 
-/// Whether the hand-written AVX2 and FMA kernels run on this processor.
+/// What is known about the processor.
+static KERNELS: AtomicU8 = AtomicU8::new(UNKNOWN);
+const UNKNOWN: u8 = 0;
+const AVX2_FMA: u8 = 1;
+const PORTABLE: u8 = 2;
+
+/// Whether the code for AVX2 and FMA runs.
 #[inline(always)]
 pub fn has_avx2_fma() -> bool {
+    match KERNELS.load(Ordering::Relaxed) {
+        UNKNOWN => detect(),
+        kernels => kernels == AVX2_FMA,
+    }
+}
+
+#[cold]
+fn detect() -> bool {
     #[cfg(target_arch = "x86_64")]
-    {
-        is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
-    }
+    let found = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
     #[cfg(not(target_arch = "x86_64"))]
-    {
-        false
-    }
+    let found = false;
+    KERNELS.store(if found { AVX2_FMA } else { PORTABLE }, Ordering::Relaxed);
+    found
+}
+
+/// Makes the whole process use the code for any processor, slower and rounded differently: to compare the two. Call it
+/// before the first network is used.
+pub fn use_portable_kernels() {
+    KERNELS.store(PORTABLE, Ordering::Relaxed);
 }
 
 /// Rows of the next tile when `left` remain; avoids a last tile too small to fill the pipeline.

@@ -5,6 +5,8 @@
 //! then summed in the order of the chunks. Neither the cut nor the order depends on the number of
 //! threads, so neither do the bits of the result.
 
+use std::cmp::Ordering;
+
 use serde::{Deserialize, Serialize};
 
 use crate::adam::{self, AdamStep};
@@ -862,9 +864,9 @@ impl<T: Real> Chunk<T> {
             sums.actor_loss += (weight * self.log_probs[row] - smaller(q_1, q_2)).to_f64();
             sums.log_prob += self.log_probs[row].to_f64();
         }
-        for index in 0..2 {
-            critics[index].network.input_gradient(
-                &critics[index].transposed,
+        for (index, critic) in critics.iter().enumerate() {
+            critic.network.input_gradient(
+                &critic.transposed,
                 &self.selected[index],
                 &self.critics[index],
                 &mut self.critic_deltas,
@@ -914,7 +916,11 @@ impl<T: Real> Chunk<T> {
 #[inline(always)]
 fn smaller<T: Real>(a: T, b: T) -> T {
     // NaN in either is passed on, so that it is noticed.
-    if b < a || b != b { b } else { a }
+    match a.partial_cmp(&b) {
+        Some(Ordering::Greater) => b,
+        Some(_) => a,
+        None => a + b,
+    }
 }
 
 /// Adds the derivative of weight · Σ |μ(s) − Ψa(μ(Ψo(s)))|² to `d_out` and returns the unweighted sum. The first

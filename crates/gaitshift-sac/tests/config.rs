@@ -39,9 +39,11 @@ fn temperature_has_two_kinds() {
     }
 }
 
+type Change = fn(&mut SacConfig);
+
 #[test]
 fn values_out_of_range_are_named() {
-    let cases: [(&str, fn(&mut SacConfig)); 18] = [
+    let cases: [(&str, Change); 18] = [
         ("actor_hidden", |config| config.actor_hidden = vec![]),
         ("critic_hidden", |config| config.critic_hidden = vec![64, 0]),
         ("learning_rate", |config| config.learning_rate = 0.0),
