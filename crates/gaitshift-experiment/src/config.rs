@@ -155,8 +155,10 @@ pub enum ConfigError {
         message: String,
     },
     /// No such recipe.
-    #[error("there is no recipe `{name}`; the recipes are {known}, or give a TOML file")]
+    #[error("{origin}: there is no recipe `{name}`; the recipes are {known}, or give a TOML file")]
     UnknownRecipe {
+        /// Where the name was given.
+        origin: String,
         /// What was asked for.
         name: String,
         /// What there is.
@@ -170,8 +172,13 @@ impl Experiment {
     /// # Errors
     /// An unknown name.
     pub fn recipe(name: &str) -> Result<Self, ConfigError> {
+        Self::named(name, "recipe")
+    }
+
+    fn named(name: &str, origin: &str) -> Result<Self, ConfigError> {
         let Some((_, text)) = RECIPES.iter().find(|(known, _)| *known == name) else {
             return Err(ConfigError::UnknownRecipe {
+                origin: origin.to_owned(),
                 name: name.to_owned(),
                 known: RECIPES.map(|(n, _)| format!("`{n}`")).join(", "),
             });
@@ -208,7 +215,7 @@ impl Experiment {
         let experiment = match (is_recipe, own.base.as_deref().unwrap_or("paper")) {
             (true, _) => own,
             (false, base) => {
-                let base = Self::recipe(base)?;
+                let base = Self::named(base, &format!("{origin}: key `base`"))?;
                 let mut whole =
                     toml::Table::try_from(base).map_err(|e| parse_error(e.to_string()))?;
                 let over = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;

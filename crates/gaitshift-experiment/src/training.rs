@@ -116,6 +116,8 @@ struct Recent {
 
 #[derive(Serialize, Deserialize)]
 struct CheckpointState {
+    /// The command that began the run, the provenance of its controllers.
+    command: String,
     counters: Counters,
     batch: BatchState,
 }
@@ -232,10 +234,10 @@ impl Training {
     ///
     /// # Errors
     /// No run or no checkpoint there, or one that is damaged or of another configuration.
-    pub fn resume(folder: &Path, command: &str) -> Result<Self, TrainingError> {
+    pub fn resume(folder: &Path) -> Result<Self, TrainingError> {
         let folder = RunFolder::at(folder);
         let experiment = folder.read_config()?;
-        let mut training = Self::prepare(experiment, folder, command)?;
+        let mut training = Self::prepare(experiment, folder, "")?;
         let folder = &training.folder;
         let agent = Agent::load(&folder.checkpoint("agent.safetensors"))?;
         let replay = ReplayBuffer::load(&folder.checkpoint("replay.safetensors"))?;
@@ -267,6 +269,7 @@ impl Training {
             ));
         }
         training.counters = state.counters;
+        training.command = state.command;
         training.folder.cut_logs(training.counters.step)?;
         Ok(training)
     }
@@ -628,6 +631,7 @@ impl Training {
         self.agent.save(&folder.pending("agent.safetensors"))?;
         self.replay.save(&folder.pending("replay.safetensors"))?;
         let state = CheckpointState {
+            command: self.command.clone(),
             counters: self.counters.clone(),
             batch: self.batch.state(),
         };

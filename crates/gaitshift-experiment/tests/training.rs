@@ -107,7 +107,7 @@ fn threads_and_interruptions_do_not_change_a_bit() {
         .run(&mut StopAt(Some(2500), 0, 0))
         .unwrap();
     assert!(!stopped.finished && stopped.step < 6000);
-    let report = Training::resume(&broken, "test")
+    let report = Training::resume(&broken)
         .unwrap()
         .run(&mut StopAt::default())
         .unwrap();
@@ -156,13 +156,11 @@ fn threads_and_interruptions_do_not_change_a_bit() {
     let state = whole.join("checkpoint/state.json");
     let text = std::fs::read_to_string(&state).unwrap();
     std::fs::write(&state, &text[..text.len() / 2]).unwrap();
-    let error = Training::resume(&whole, "test").unwrap_err().to_string();
+    let error = Training::resume(&whole).unwrap_err().to_string();
     assert!(
         error.contains("state.json") && error.contains("damaged"),
         "{error}"
     );
-    let error = Training::resume(&at("nowhere"), "test")
-        .unwrap_err()
-        .to_string();
+    let error = Training::resume(&at("nowhere")).unwrap_err().to_string();
     assert!(error.contains("config.toml"), "{error}");
 }

@@ -52,7 +52,7 @@ wide! {
                 let u = out[index] + log_deviation.exp() * noise[index];
                 actions[index] = u.tanh();
                 let softplus = (if u < T::ZERO { -(two * u) } else { T::ZERO })
-                    + (-(two * u.abs())).exp().ln_1p();
+                    + (-(two * u.abs())).exp().ln_1p_unit();
                 let log_slope = two * (ln_2 - u - softplus);
                 sum += -(half * noise[index] * noise[index]) - log_deviation - constant - log_slope;
             }

@@ -49,7 +49,8 @@
 //!
 //! # What is promised
 //! The same seed gives the same bits on one machine with any number of threads, and whether or not a run was saved and
-//! resumed. Between machines, rounding may differ (fused multiply-add, the system's exponential).
+//! resumed. Between machines rounding may differ: fused multiply-add where the processor has it, and the system's
+//! logarithm in rare draws of the normal distribution.
 //!
 //! # How it is fast
 //! Weights stay in the layout of the kernels ([`dense`]); a batch is worked on in chunks of [`CHUNK`] rows that stay in a

@@ -40,8 +40,8 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// e to the power of `self`.
     fn exp(self) -> Self;
-    /// ln(1 + self).
-    fn ln_1p(self) -> Self;
+    /// ln(1 + self) for `self` from 0 to 1.
+    fn ln_1p_unit(self) -> Self;
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
     /// Absolute value.
@@ -75,18 +75,6 @@ macro_rules! real {
                 <$float>::sqrt(self)
             }
             #[inline(always)]
-            fn exp(self) -> Self {
-                <$float>::exp(self)
-            }
-            #[inline(always)]
-            fn ln_1p(self) -> Self {
-                <$float>::ln_1p(self)
-            }
-            #[inline(always)]
-            fn tanh(self) -> Self {
-                <$float>::tanh(self)
-            }
-            #[inline(always)]
             fn abs(self) -> Self {
                 <$float>::abs(self)
             }
@@ -95,13 +83,93 @@ macro_rules! real {
     };
 }
 
-real!(f64, Portable<f64> {});
+real!(f64, Portable<f64> {
+    #[inline(always)]
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+    #[inline(always)]
+    fn ln_1p_unit(self) -> Self {
+        f64::ln_1p(self)
+    }
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        f64::tanh(self)
+    }
+});
+
+/// Minimax polynomials of the Cephes library (S. L. Moshier), for e^r − 1 − r over r² on ±ln 2 / 2 and for
+/// tanh x / x − 1 over x² below 0.625. Own code instead of the system's: it can be inlined into the loops over
+/// rows, and gives the same bits on every system.
+const EXP: [f32; 6] = [
+    1.987_569_2e-4,
+    1.398_2e-3,
+    8.333_452e-3,
+    4.166_579_6e-2,
+    1.666_666_5e-1,
+    0.5,
+];
+const TANH: [f32; 5] = [
+    -5.704_988_7e-3,
+    2.063_908_8e-2,
+    -5.373_971_5e-2,
+    1.333_144_2e-1,
+    -3.333_328e-1,
+];
+
+/// e^x with an error below 2 units in the last place; saturates outside ±87.
+#[inline(always)]
+fn exponential(x: f32) -> f32 {
+    // Adding and subtracting this rounds to a whole number and leaves that number in the lowest bits.
+    const ROUND: f32 = 12_582_912.0;
+    // ln 2 in two parts, the first exact in few bits.
+    const LN_2_HIGH: f32 = 355.0 / 512.0;
+    const LN_2_LOW: f32 = -2.121_944_4e-4;
+    // Written so that NaN stays NaN.
+    let x = if x < -87.0 { -87.0 } else { x };
+    let x = if x > 87.0 { 87.0 } else { x };
+    let rounded = x * std::f32::consts::LOG2_E + ROUND;
+    let whole = rounded - ROUND;
+    let rest = x - whole * LN_2_HIGH - whole * LN_2_LOW;
+    let series = EXP
+        .iter()
+        .fold(0.0, |sum, &coefficient| sum * rest + coefficient);
+    let power = f32::from_bits(
+        (rounded.to_bits().wrapping_sub(ROUND.to_bits()) << 23).wrapping_add(0x3f80_0000),
+    );
+    (series * rest * rest + rest + 1.0) * power
+}
+
 #[cfg(target_arch = "x86_64")]
 type WideF32 = crate::lanes::Avx;
 #[cfg(not(target_arch = "x86_64"))]
 type WideF32 = Portable<f32>;
 
 real!(f32, WideF32 {
+    #[inline(always)]
+    fn exp(self) -> Self {
+        exponential(self)
+    }
+    #[inline(always)]
+    fn ln_1p_unit(self) -> Self {
+        // ln(1 + x) = 2 artanh(x / (2 + x)); the argument is at most 1/3, and eight terms of the series suffice.
+        let s = self / (2.0 + self);
+        let z = s * s;
+        let mut series = 1.0 / 15.0;
+        for denominator in [13.0, 11.0, 9.0, 7.0, 5.0, 3.0] {
+            series = series * z + 1.0 / denominator;
+        }
+        2.0 * (s + s * z * series)
+    }
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        let size = f32::abs(self);
+        let z = size * size;
+        let small = TANH.iter().fold(0.0, |sum, &coefficient| sum * z + coefficient) * z * size + size;
+        let decay = exponential(-2.0 * size);
+        let large = (1.0 - decay) / (1.0 + decay);
+        f32::copysign(if size < 0.625 { small } else { large }, self)
+    }
     fn matmul(product: MatMul<'_, Self>) {
         dense::matmul_f32(product);
     }

@@ -160,6 +160,12 @@ impl TaskParameters {
             period,
             "a whole multiple of the body's time_step_s",
         )?;
+        require(
+            ratio <= 10_000.0,
+            "task.control_period_s",
+            period,
+            "at most 10000 of the body's time_step_s",
+        )?;
         let limit = t.time_limit_s;
         require(
             limit.is_finite() && limit >= period && limit <= 1e6,

@@ -44,18 +44,13 @@ pub struct Arguments {
     pub command: Command,
 }
 
-/// What to do.
+/// What to do. Each command's help stands with its arguments.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Show a controller walk, run and change gait: a table, an animation and figures
     Demo(DemoArguments),
-    /// Train a controller from nothing
     Train(TrainArguments),
-    /// Measure what a controller does under constant commands
     Evaluate(EvaluateArguments),
-    /// Change the command within a motion and see what becomes of the gait
     Transition(TransitionArguments),
-    /// Draw an animation and a strobe picture of a recording
     Render(RenderArguments),
 }
 
@@ -68,7 +63,7 @@ pub struct SubjectArguments {
 
     /// TOML file that changes the body, e.g. with the line `friction = 0.6`
     ///
-    /// Keys are those of the table [body] in a run's config.toml. What the file leaves out stays as the
+    /// Keys are those of the table `[body]` in a run's config.toml. What the file leaves out stays as the
     /// controller was trained on.
     #[arg(long, value_name = "FILE.toml")]
     pub body: Option<PathBuf>,
@@ -78,13 +73,13 @@ pub struct SubjectArguments {
     /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
     /// the default start is the middle of these ranges with the right leg in front. Motions themselves
     /// are free of chance: the controller acts without noise.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
 }
 
-/// Shows what the shipped controller, or another one, can do.
+/// Shows a controller walk, run and change gait: a table, an animation and figures.
 ///
-/// Writes into the folder OUT:
+/// Writes into the folder given by --out:
 ///   walk-run-walk.gif        the body on its way from walking to running and back
 ///   walk-to-run.svg, .png    energies and speed over the change of gait, support phases shaded
 ///   run-to-walk.svg, .png    the same for the way back
@@ -143,7 +138,12 @@ pub struct TrainArguments {
     pub experiment: String,
 
     /// Seed of everything random [default: the recipe's]; the same seed gives the same run
-    #[arg(long, value_name = "N", conflicts_with = "resume")]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        conflicts_with = "resume"
+    )]
     pub seed: Option<u64>,
 
     /// Folder of the run; must not hold one already [default: runs/NAME-SEED]
@@ -157,14 +157,14 @@ pub struct TrainArguments {
     pub resume: Option<PathBuf>,
 
     /// Threads of the learner, 1 to 256 [default: the recipe's]; the result does not depend on them
-    #[arg(long, value_name = "N", conflicts_with = "resume",
+    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "resume",
           value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
 
     /// Stop, with a checkpoint to go on from, at about this environment step [default: the curriculum's end]
     ///
     /// The curriculum and all schedules stay as they are. Looked at every 2000 steps.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..))]
     pub steps: Option<u64>,
 
     /// Stop at the first evaluation that meets every criterion (`gaitshift evaluate --criteria`)
@@ -176,9 +176,9 @@ pub struct TrainArguments {
     pub json: bool,
 }
 
-/// Measures what a controller does: one motion per command, one row per motion.
+/// Measures what a controller does under constant commands.
 ///
-/// After the settling time each motion is described by its gait (standing, walking, running, mixed or
+/// One motion per command, one row per motion. After the settling time each motion is described by its gait (standing, walking, running, mixed or
 /// fallen), speed, Froude number v/√(g l), shares of time in double support, single support and flight,
 /// cost of transport, step frequency and step length. Walking takes alternating steps with double
 /// support and without flight, running the other way round; a step reaches from a touchdown to the next.
@@ -234,9 +234,9 @@ pub struct EvaluateArguments {
     pub json: bool,
 }
 
-/// Changes the command within a motion: by default from 0 (walking) to 3 (running) in 0.4 s.
+/// Changes the command within a motion and shows what becomes of the gait.
 ///
-/// The steady motion before the ramp is compared with that after it; of both, the first 5 s (at most
+/// By default ω_v rises from 0 (walking) to 3 (running) in 0.4 s. The steady motion before the ramp is compared with that after it; of both, the first 5 s (at most
 /// half) are left out. `steps_to_change` counts the touchdowns from the beginning of the ramp up to the
 /// one that begins the first step from which on every step is of the new gait.
 ///
@@ -299,7 +299,7 @@ pub struct TransitionArguments {
     pub json: bool,
 }
 
-/// Draws a recording: the body on its way as an animated GIF, and a stride at a glance (SVG, PNG).
+/// Draws a recording: an animation (GIF) and a stride at a glance (SVG, PNG).
 ///
 /// Pictures are drawn in software from the body's geometry in the recording; no display is needed. Right
 /// is vermilion, left is blue, arrows are the ground's forces on the feet.
@@ -332,7 +332,7 @@ pub struct RenderArguments {
     pub to_s: Option<f64>,
 
     /// Frames of the animation per second, 1 to 50
-    #[arg(long, value_name = "N", default_value = "25", allow_negative_numbers = true, value_parser = number)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "25", value_parser = number)]
     pub fps: f64,
 
     /// How many times slower than in reality the animation plays, 0.1 to 100
@@ -340,7 +340,12 @@ pub struct RenderArguments {
     pub slow_motion: f64,
 
     /// Width of the animation in pixels, 160 to 1920
-    #[arg(long, value_name = "PX", default_value = "640")]
+    #[arg(
+        long,
+        value_name = "PX",
+        allow_negative_numbers = true,
+        default_value = "640"
+    )]
     pub width: u32,
 
     /// Draw the stride of the right leg around this time in s [default: the middle of the time range]
@@ -348,7 +353,12 @@ pub struct RenderArguments {
     pub stride_at_s: Option<f64>,
 
     /// Poses of the stride, 2 to 60
-    #[arg(long, value_name = "N", default_value = "12")]
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value = "12"
+    )]
     pub poses: usize,
 }
 

@@ -136,17 +136,11 @@ impl Observer for Watcher {
     }
 
     fn evaluated(&mut self, p: &Progress, judgement: &Judgement, best: bool) {
+        if self.verdict.is_none() {
+            self.say(&heading(judgement));
+        }
         self.verdict = Some(verdict(judgement));
-        let best = if best { ", the best so far" } else { "" };
-        self.say(&format!(
-            "step {}, {}: {} of {} criteria, score {:.1}{best}; {}",
-            count(p.step),
-            duration(p.elapsed_s),
-            judgement.met(),
-            judgement.checks.len(),
-            judgement.score(),
-            gaits(judgement)
-        ));
+        self.say(&evaluation(p, judgement, best));
     }
 
     fn stop_requested(&self) -> bool {
@@ -168,22 +162,47 @@ fn verdict(judgement: &Judgement) -> String {
     )
 }
 
-/// What it does at each command.
-fn gaits(judgement: &Judgement) -> String {
-    let gaits: Vec<String> = judgement
+/// Over the lines of evaluations: gait and Froude number at each command, or when it fell.
+fn heading(judgement: &Judgement) -> String {
+    let commands: String = judgement
+        .rows
+        .iter()
+        .map(|row| format!("  {:<9}", row.omega_v))
+        .collect();
+    let line = format!(
+        "{:>10}  {:>6}  {:>5}  {:>5} {commands}",
+        "step", "time", "met", "score"
+    );
+    line.trim_end().replacen("  0    ", "  ω_v 0", 1)
+}
+
+/// One evaluation in a line; the best so far has a star.
+fn evaluation(p: &Progress, judgement: &Judgement, best: bool) -> String {
+    let gaits: String = judgement
         .rows
         .iter()
         .map(|row| {
             let s = &row.summary;
-            if s.fell {
-                format!("{} fell at {:.1} s", row.omega_v, s.survived_s)
-            } else {
-                let froude = output::number(s.froude, 2);
-                format!("{} {} Fr {froude}", row.omega_v, s.gait)
-            }
+            let word = match s.gait {
+                _ if s.fell => format!("fell {:.1}s", s.survived_s),
+                GaitClass::Walking => format!("walk {}", output::number(s.froude, 2)),
+                GaitClass::Running => format!("run {}", output::number(s.froude, 2)),
+                GaitClass::Standing => "stand".to_owned(),
+                _ => format!("mixed {}", output::number(s.froude, 1)),
+            };
+            format!("  {word:<9}")
         })
         .collect();
-    format!("ω_v {}", gaits.join(", "))
+    let line = format!(
+        "{:>10}  {:>6}  {:>2}/{}  {:>5.1}{}{gaits}",
+        count(p.step),
+        duration(p.elapsed_s),
+        judgement.met(),
+        judgement.checks.len(),
+        judgement.score(),
+        if best { "*" } else { " " },
+    );
+    line.trim_end().to_owned()
 }
 
 /// A number with its thousands apart.

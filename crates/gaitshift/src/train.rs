@@ -65,12 +65,12 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
 
 /// A new run, or one to go on with, and its folder.
 fn prepare(arguments: &TrainArguments) -> Result<(PathBuf, Training), Failure> {
-    let command = command_line();
     if let Some(folder) = &arguments.resume {
-        let training = Training::resume(folder, &command).map_err(Failure::input)?;
+        let training = Training::resume(folder).map_err(Failure::input)?;
         return Ok((folder.clone(), training));
     }
-    let mut experiment = Experiment::load(&arguments.experiment).map_err(Failure::input)?;
+    let origin = &arguments.experiment;
+    let mut experiment = Experiment::load(origin).map_err(Failure::input)?;
     if let Some(seed) = arguments.seed {
         experiment.seed = seed;
     }
@@ -82,7 +82,7 @@ fn prepare(arguments: &TrainArguments) -> Result<(PathBuf, Training), Failure> {
         let name = format!("{}-{}", folder_name(&experiment.name), experiment.seed);
         Path::new("runs").join(name)
     });
-    let training = Training::new(experiment, &folder, &command).map_err(Failure::input)?;
+    let training = Training::new(experiment, &folder, &command_line()).map_err(Failure::input)?;
     Ok((folder, training))
 }
 

@@ -69,7 +69,8 @@ impl Place {
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{arguments}: {stderr}");
         assert!(output.stdout.is_empty(), "{arguments}");
-        assert_eq!(stderr.matches("error:").count(), 1, "{arguments}: {stderr}");
+        let errors = stderr.lines().filter(|line| line.starts_with("error:"));
+        assert_eq!(errors.count(), 1, "{arguments}: {stderr}");
         for word in words {
             assert!(
                 stderr.contains(word),
