@@ -152,17 +152,16 @@ impl Body {
     /// Linear momentum and angular momentum about the centre of mass.
     pub fn momentum(&self, s: &BodyState) -> Momentum {
         let p = self.parameters();
-        // (mass, x, z, vx, vz) of every body, positions relative to the hip axis.
-        let mut bodies = [(0.0, 0.0, 0.0, 0.0, 0.0); 7];
         let (sin_t, cos_t) = s.theta.sin_cos();
         let c = p.hip_com_height_m;
-        bodies[0] = (
-            p.hip_mass_kg,
-            -c * sin_t,
-            c * cos_t,
-            s.x_dot - c * s.theta_dot * cos_t,
-            s.z_dot - c * s.theta_dot * sin_t,
-        );
+        let mut bodies = [PointMass::default(); 7];
+        bodies[0] = PointMass {
+            mass: p.hip_mass_kg,
+            x: -c * sin_t,
+            z: c * cos_t,
+            x_dot: s.x_dot - c * s.theta_dot * cos_t,
+            z_dot: s.z_dot - c * s.theta_dot * sin_t,
+        };
         let mut spin = p.hip_inertia_kg_m2 * s.theta_dot;
         for (i, leg) in s.legs.iter().enumerate() {
             let (sin_p, cos_p) = leg.psi.sin_cos();
@@ -180,31 +179,41 @@ impl Body {
                 (p.foot_mass_kg, p.foot_distance_m + leg.foot, leg.foot_dot),
             ];
             for (b, (mass, rho, rho_dot)) in parts.into_iter().enumerate() {
-                bodies[1 + 3 * i + b] = (
+                bodies[1 + 3 * i + b] = PointMass {
                     mass,
-                    rho * sin_p,
-                    -rho * cos_p,
-                    s.x_dot + rho_dot * sin_p + rho * leg.psi_dot * cos_p,
-                    s.z_dot - rho_dot * cos_p + rho * leg.psi_dot * sin_p,
-                );
+                    x: rho * sin_p,
+                    z: -rho * cos_p,
+                    x_dot: s.x_dot + rho_dot * sin_p + rho * leg.psi_dot * cos_p,
+                    z_dot: s.z_dot - rho_dot * cos_p + rho * leg.psi_dot * sin_p,
+                };
             }
             spin += self.leg_inertia() * leg.psi_dot;
         }
-        let total: f64 = bodies.iter().map(|b| b.0).sum();
-        let mean = |f: &dyn Fn(&(f64, f64, f64, f64, f64)) -> f64| {
-            bodies.iter().map(|b| b.0 * f(b)).sum::<f64>() / total
+        let total: f64 = bodies.iter().map(|b| b.mass).sum();
+        let mean = |value: fn(&PointMass) -> f64| {
+            bodies.iter().map(|b| b.mass * value(b)).sum::<f64>() / total
         };
-        let (cx, cz) = (mean(&|b| b.1), mean(&|b| b.2));
-        let (cvx, cvz) = (mean(&|b| b.3), mean(&|b| b.4));
+        let (x, z) = (mean(|b| b.x), mean(|b| b.z));
+        let (x_dot, z_dot) = (mean(|b| b.x_dot), mean(|b| b.z_dot));
         // The sense that turns (v_x, v_z) into (-v_z, v_x) is positive.
         let angular: f64 = bodies
             .iter()
-            .map(|b| b.0 * ((b.1 - cx) * (b.4 - cvz) - (b.2 - cz) * (b.3 - cvx)))
+            .map(|b| b.mass * ((b.x - x) * (b.z_dot - z_dot) - (b.z - z) * (b.x_dot - x_dot)))
             .sum();
         Momentum {
-            x: total * cvx,
-            z: total * cvz,
+            x: total * x_dot,
+            z: total * z_dot,
             angular: angular + spin,
         }
     }
+}
+
+/// Centre of mass of one body, its position relative to the hip axis.
+#[derive(Clone, Copy, Default)]
+struct PointMass {
+    mass: f64,
+    x: f64,
+    z: f64,
+    x_dot: f64,
+    z_dot: f64,
 }
