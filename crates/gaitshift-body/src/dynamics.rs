@@ -35,7 +35,7 @@ pub struct Body {
 }
 
 /// Mass moments of one leg about the hip axis.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct LegGeometry {
     /// `S = Σ m ρ`, in kg m.
     pub first_moment: f64,
@@ -181,7 +181,7 @@ impl Body {
         let mut out = Accelerations::default();
         // Per leg: e, n, moments, and its part of the hip's 2×2 system.
         let mut direction = [(0.0, 0.0); 2];
-        let mut geometry = [None; 2];
+        let mut geometry = [LegGeometry::default(); 2];
         let mut torque = [0.0; 2];
         let mut matrix = [[0.0; 3]; 2];
         let mut rhs = [[0.0; 2]; 2];
@@ -209,7 +209,7 @@ impl Body {
                 lateral * sin_psi + u * cos_psi,
             ];
             direction[i] = (sin_psi, cos_psi);
-            geometry[i] = Some(g);
+            geometry[i] = g;
             torque[i] = t;
             out.forces[i] = LegForces {
                 actuator_n: actuator_n[i],
@@ -252,7 +252,7 @@ impl Body {
         for i in 0..2 {
             let leg = &s.legs[i];
             let (sin_psi, cos_psi) = direction[i];
-            let Some(g) = geometry[i] else { continue };
+            let g = &geometry[i];
             let f = &out.forces[i];
             let along = ax * sin_psi - az * cos_psi;
             let across = ax * cos_psi + az * sin_psi;
