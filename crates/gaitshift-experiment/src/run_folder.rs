@@ -67,6 +67,14 @@ impl RunFolder {
         self.path.join(name)
     }
 
+    /// Where the controller evaluated at a step is kept: policies swing, and the one wanted later may
+    /// be none of the best.
+    pub fn evaluated(&self, step: u64) -> Result<PathBuf, TrainingError> {
+        let folder = self.file("controllers");
+        fs::create_dir_all(&folder).map_err(io_error(&folder))?;
+        Ok(folder.join(format!("step-{step:010}.safetensors")))
+    }
+
     /// A file of the last complete checkpoint.
     pub fn checkpoint(&self, name: &str) -> PathBuf {
         self.path.join("checkpoint").join(name)

@@ -2,7 +2,8 @@
 //!
 //! A run's folder holds `config.toml` (every value resolved), `metrics.csv` and TensorBoard events,
 //! `episodes.csv`, `evaluations.jsonl`, `checkpoint/` (everything that is needed to go on to the same
-//! bits), `controller.safetensors` (the best evaluated so far) and `controller-last.safetensors`.
+//! bits), `controllers/` (one per evaluation), `controller.safetensors` (the best of them so far) and
+//! `controller-last.safetensors`.
 
 use crate::acceptance::{Criteria, Judgement, judge};
 use crate::config::{Experiment, Symmetry};
@@ -10,7 +11,7 @@ use crate::controller::{Controller, Deterministic, Provenance};
 use crate::run_folder::{RunFolder, TrainingError};
 use gaitshift_body::Body;
 use gaitshift_sac::{
-    Agent, Mirror, Policy, ReplayBuffer, SacConfig, Temperature, Transitions, UpdateStats,
+    Agent, Mirror, Policy, ReplayBuffer, SacConfig, Temperature, Transitions, UpdateStats, reflect,
 };
 use gaitshift_task::{
     ACTION_MIRROR, ACTION_SIZE, BatchState, EndReason, EnvironmentBatch, FinishedEpisode,
@@ -128,8 +129,8 @@ pub struct Training {
     experiment: Experiment,
     folder: RunFolder,
     command: String,
-    body: Body,
     criteria: Criteria,
+    mirror: Mirror,
     agent: Agent,
     replay: ReplayBuffer,
     batch: EnvironmentBatch,
@@ -301,8 +302,7 @@ impl Training {
         // The environments' stream of random numbers must not repeat the learner's.
         let seed = e.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x6761_6974;
         let draw = &e.curriculum.command;
-        let batch =
-            EnvironmentBatch::new(body.clone(), e.task.clone(), count, seed, &settings, draw);
+        let batch = EnvironmentBatch::new(body, e.task.clone(), count, seed, &settings, draw);
         Ok(Self {
             counters: Counters {
                 next_evaluation: e.training.evaluation_interval_steps,
@@ -314,7 +314,7 @@ impl Training {
             },
             buffers: Buffers::new(count),
             criteria: Criteria::default(),
-            body,
+            mirror: task_mirror(),
             agent,
             replay,
             batch,
@@ -431,20 +431,23 @@ impl Training {
             self.experiment.training.symmetry == Symmetry::Reward && reward.omega_s > 0.0;
         if asks_symmetry {
             for i in 0..count {
-                let from = &b.observations[row(i, OBSERVATION_SIZE)];
-                let to = &mut b.mirrored[row(i, OBSERVATION_SIZE)];
-                for (to, source) in to.iter_mut().zip(OBSERVATION_MIRROR) {
-                    *to = from[source];
-                }
+                let row = row(i, OBSERVATION_SIZE);
+                let to = &mut b.mirrored[row.clone()];
+                reflect(&self.mirror.observation, &b.observations[row], to);
             }
             self.agent
                 .act_deterministic(&b.observations, &mut b.means)?;
             self.agent
                 .act_deterministic(&b.mirrored, &mut b.mirrored_means)?;
             for i in 0..count {
-                let mirrored = &b.mirrored_means[row(i, ACTION_SIZE)];
-                let back = ACTION_MIRROR.map(|k| mirrored[k]);
-                b.symmetry[i] = reward.symmetry_term(&b.means[row(i, ACTION_SIZE)], &back);
+                let row = row(i, ACTION_SIZE);
+                let mut back = [0.0; ACTION_SIZE];
+                reflect(
+                    &self.mirror.action,
+                    &b.mirrored_means[row.clone()],
+                    &mut back,
+                );
+                b.symmetry[i] = reward.symmetry_term(&b.means[row], &back);
             }
         } else {
             b.symmetry.fill(0.0);
@@ -457,7 +460,7 @@ impl Training {
             let diverged = outcome.ended == Some(EndReason::Diverged);
             b.valid[i] = !diverged;
             b.rewards[i] = (outcome.terms.sum() * outcome.factor) as f32;
-            b.entropy_scales[i] = outcome.factor as f32;
+            b.entropy_scales[i] = outcome.entropy_factor as f32;
             b.terminated[i] = outcome.ended.is_some_and(EndReason::is_termination);
             b.truncated[i] = outcome.ended == Some(EndReason::TimeLimit);
             scale_observation(
@@ -599,12 +602,13 @@ impl Training {
     ) -> Result<(), TrainingError> {
         let mut controller = self.controller();
         let judgement = judge(
-            &self.body,
+            self.batch.body(),
             &self.experiment.task,
             &self.criteria,
             &mut Deterministic(&mut controller.policy),
         )
         .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
+        controller.write(&self.folder.evaluated(self.counters.step)?)?;
         let best = judgement.score() > self.counters.best_score;
         let c = &mut self.counters;
         c.verdict = verdict(&judgement);

@@ -7,7 +7,7 @@ use crate::error::SacError;
 use crate::learner::{Learner, Noise, UpdateStats};
 use crate::mirror::Mirror;
 use crate::policy::{Policy, PolicyScratch};
-use crate::random::{fill_normal, streams};
+use crate::random::{correlated_normal, fill_normal, streams};
 use crate::replay::{Batch, ReplayBuffer, Sampling, length};
 
 /// Random streams of a run.
@@ -30,6 +30,8 @@ pub(crate) struct Streams {
 pub struct Agent {
     pub(crate) learner: Learner<f32>,
     pub(crate) streams: Streams,
+    /// Noise of the last actions taken, which that of the next ones may be correlated with.
+    pub(crate) acting_noise: Vec<f32>,
     slots: Vec<usize>,
     batch: Batch<f32>,
     noise: [Vec<f32>; 2],
@@ -61,6 +63,7 @@ impl Agent {
                 noise,
                 acting,
             },
+            acting_noise: Vec::new(),
             learner,
         })
     }
@@ -157,7 +160,8 @@ impl Agent {
     }
 
     /// Random actions (rows × action size) and their ln π (rows) for observations (rows × observation
-    /// size), with the agent's own noise.
+    /// size), with the agent's own noise. Row by row it follows on that of the call before, as
+    /// `noise_correlation` says, so a row should always be the same environment.
     ///
     /// # Errors
     /// When the lengths do not match.
@@ -168,13 +172,16 @@ impl Agent {
         log_probs: &mut [f32],
     ) -> Result<(), SacError> {
         let network = &self.learner.actor.network;
-        self.scratch.sample(
-            network,
-            observations,
-            &mut self.streams.acting,
-            actions,
-            log_probs,
-        )
+        let config = &self.learner.config;
+        let (rng, noise) = (&mut self.streams.acting, &mut self.acting_noise);
+        if noise.len() == actions.len() {
+            correlated_normal(rng, config.noise_correlation, noise);
+        } else {
+            noise.resize(actions.len(), 0.0);
+            fill_normal(rng, noise);
+        }
+        self.scratch
+            .sample(network, observations, noise, actions, log_probs)
     }
 
     /// Deterministic actions tanh(mean) for rows of observations.

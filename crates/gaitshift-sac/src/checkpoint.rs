@@ -25,6 +25,7 @@ const AGENT: &str = "agent checkpoint";
 const REPLAY: &str = "replay buffer file";
 const AGENT_KEY: &str = "gaitshift-sac-agent";
 const REPLAY_KEY: &str = "gaitshift-sac-replay";
+const ACTING_NOISE: &str = "acting_noise";
 /// Version of both formats.
 const FORMAT: u32 = 1;
 
@@ -42,6 +43,9 @@ struct AgentHeader {
     critic_steps: [u64; 2],
     stats: UpdateStats,
     streams: Streams,
+    /// Length of the noise of the last actions taken.
+    #[serde(default)]
+    acting_noise: usize,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -332,6 +336,14 @@ impl Agent {
         if let Some(average) = &learner.average {
             lazy_tensors(average, "average", &average.parameters, &mut tensors);
         }
+        tensors.push((
+            ACTING_NOISE.to_owned(),
+            Lazy {
+                dtype: Dtype::F32,
+                shape: vec![self.acting_noise.len()],
+                bytes: Box::new(|| to_bytes(self.acting_noise.iter().copied())),
+            },
+        ));
         let header = AgentHeader {
             format: FORMAT,
             config: learner.config.clone(),
@@ -344,6 +356,7 @@ impl Agent {
             critic_steps: [critic_1.steps, critic_2.steps],
             stats: learner.stats,
             streams: self.streams.clone(),
+            acting_noise: self.acting_noise.len(),
         };
         write(path, AGENT, AGENT_KEY, &header, tensors)
     }
@@ -384,6 +397,10 @@ impl Agent {
         [learner.critics[0].steps, learner.critics[1].steps] = header.critic_steps;
         learner.stats = header.stats;
         agent.streams = header.streams;
+        if header.acting_noise > 0 {
+            let noise = reader.floats(ACTING_NOISE, &[header.acting_noise])?;
+            agent.acting_noise = noise.collect();
+        }
         Ok(agent)
     }
 }

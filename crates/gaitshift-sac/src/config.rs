@@ -62,6 +62,9 @@ pub struct SacConfig {
     pub mirrored_fraction: f64,
     /// Decay per actor update of the averaged actor (0.999 averages over about a thousand); 0 for none.
     pub actor_average_decay: f64,
+    /// Correlation of the noise of the actions taken with that of the step before, in \[0, 1). White noise (0)
+    /// at a short control period averages out before a body with inertia has moved.
+    pub noise_correlation: f64,
     /// Greatest norm of the gradient of each network; none by default.
     pub max_grad_norm: Option<f64>,
     /// Threads of an update, the calling one included; changes the speed and never the result.
@@ -85,6 +88,7 @@ impl Default for SacConfig {
             mirror_loss_weight: 0.0,
             mirrored_fraction: 0.0,
             actor_average_decay: 0.0,
+            noise_correlation: 0.0,
             max_grad_norm: None,
             threads: 1,
         }
@@ -203,6 +207,13 @@ impl SacConfig {
             (0.0..1.0).contains(&decay),
             "actor_average_decay",
             &decay,
+            "at least 0 and below 1",
+        )?;
+        let correlation = self.noise_correlation;
+        require(
+            (0.0..1.0).contains(&correlation),
+            "noise_correlation",
+            &correlation,
             "at least 0 and below 1",
         )?;
         if let Some(norm) = self.max_grad_norm {

@@ -1,6 +1,5 @@
 //! The actor alone: what a controller needs.
 
-use rand::Rng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::error::SacError;
@@ -15,45 +14,42 @@ use crate::replay::length;
 pub struct Policy {
     network: Mlp<f32>,
     scratch: PolicyScratch,
+    noise: Vec<f32>,
 }
 
 /// Scratch of a policy's forward pass.
 #[derive(Clone, Debug)]
 pub(crate) struct PolicyScratch {
     activations: Activations<f32>,
-    noise: Vec<f32>,
 }
 
 impl PolicyScratch {
     pub fn new(network: &Mlp<f32>) -> Self {
-        let noise = vec![0.0; CHUNK * network.shape().outputs / 2];
         Self {
             activations: network.activations(CHUNK),
-            noise,
         }
     }
 
-    /// Draws actions and their log-probabilities for as many rows as `log_probs` has.
+    /// Actions and their log-probabilities for as many rows as `log_probs` has, given their noise.
     pub fn sample(
         &mut self,
         network: &Mlp<f32>,
         observations: &[f32],
-        rng: &mut impl Rng,
+        noise: &[f32],
         actions: &mut [f32],
         log_probs: &mut [f32],
     ) -> Result<(), SacError> {
         let (inputs, size) = (network.shape().inputs, network.shape().outputs / 2);
         length("observations", observations.len(), log_probs.len() * inputs)?;
         length("actions", actions.len(), log_probs.len() * size)?;
-        for ((observations, actions), log_probs) in observations
+        for (((observations, noise), actions), log_probs) in observations
             .chunks(CHUNK * inputs)
+            .zip(noise.chunks(CHUNK * size))
             .zip(actions.chunks_mut(CHUNK * size))
             .zip(log_probs.chunks_mut(CHUNK))
         {
             let rows = log_probs.len();
             network.forward(rows, observations, inputs, &mut self.activations);
-            let noise = &mut self.noise[..rows * size];
-            fill_normal(rng, noise);
             gaussian::sample(size, &self.activations.out, noise, actions, log_probs);
         }
         Ok(())
@@ -91,6 +87,7 @@ impl Policy {
         Self {
             scratch: PolicyScratch::new(&network),
             network,
+            noise: Vec::new(),
         }
     }
 
@@ -176,8 +173,10 @@ impl Policy {
         actions: &mut [f32],
         log_probs: &mut [f32],
     ) -> Result<(), SacError> {
+        self.noise.resize(actions.len(), 0.0);
+        fill_normal(rng, &mut self.noise);
         self.scratch
-            .sample(&self.network, observations, rng, actions, log_probs)
+            .sample(&self.network, observations, &self.noise, actions, log_probs)
     }
 }
 

@@ -42,8 +42,10 @@ impl EndReason {
 pub struct StepOutcome {
     /// The reward's terms; their sum is (2) of the paper, before the common factor.
     pub terms: RewardTerms,
-    /// Factor of this step's reward and of its entropy bonus.
+    /// Factor of this step's reward.
     pub factor: f64,
+    /// Factor of this step's entropy bonus.
+    pub entropy_factor: f64,
     /// Set when the episode is over.
     pub ended: Option<EndReason>,
     /// Mean forces over the period.
@@ -131,10 +133,12 @@ impl Environment {
         let report = body.advance(&mut self.state, command, steps, &mut self.account);
         self.periods += 1;
         let factor = reward.factor(self.omega_v);
+        let entropy_factor = reward.entropy_factor(self.omega_v);
         if report.diverged {
             return StepOutcome {
                 terms: RewardTerms::default(),
                 factor,
+                entropy_factor,
                 ended: Some(EndReason::Diverged),
                 report,
             };
@@ -156,6 +160,7 @@ impl Environment {
         StepOutcome {
             terms,
             factor,
+            entropy_factor,
             ended,
             report,
         }

@@ -192,7 +192,15 @@ impl TaskParameters {
                 "task.reward.energy_reference_period_s",
                 r.energy_reference_period_s,
             ),
+            (
+                "task.reward.energy_command_divisor",
+                r.energy_command_divisor,
+            ),
             ("task.reward.command_divisor", r.command_divisor),
+            (
+                "task.reward.entropy_command_divisor",
+                r.entropy_command_divisor,
+            ),
         ];
         for (key, value) in not_negatives {
             require(not_negative(value), key, value, "0 or greater")?;

@@ -22,9 +22,17 @@ pub struct RewardParameters {
     /// *Open.* |ΔE| is the change over one control period and so grows with it, while the other
     /// terms do not. A value above 0 rescales |ΔE| to a period of that many seconds.
     pub energy_reference_period_s: f64,
+    /// *Not in the paper.* `ω_E` itself is divided by `1 + k max(ω_v, 0)`; this is `k`. 0 is the paper.
+    /// Above 0, energy is dear at low commands, which makes the walk slow and pendular, and cheap at
+    /// high ones, where dear energy keeps the learner from ever trying a flight phase.
+    pub energy_command_divisor: f64,
     /// *Open in the conference paper.* The whole reward is divided by `1 + k max(ω_v, 0)`; this is
     /// `k`. 0 is the conference paper, 1 the journal version.
     pub command_divisor: f64,
+    /// *Open.* The entropy bonus is divided by `1 + k max(ω_v, 0)`; this is `k`. Equal to
+    /// `command_divisor` it keeps each command's optimum; smaller, it asks for more exploration at
+    /// high commands. 0 is the conference paper, and the journal version as far as it says.
+    pub entropy_command_divisor: f64,
     /// Constant factor of the reward. It and the entropy bonus scale together, so the optimum stays.
     pub scale: f64,
 }
@@ -39,7 +47,9 @@ impl Default for RewardParameters {
             c2: 1.0,
             c3: 0.5,
             energy_reference_period_s: 0.0,
+            energy_command_divisor: 0.0,
             command_divisor: 0.0,
+            entropy_command_divisor: 0.0,
             scale: 1.0,
         }
     }
@@ -86,9 +96,14 @@ impl RewardTerms {
 }
 
 impl RewardParameters {
-    /// The common factor of reward and entropy bonus at a command: `scale / (1 + k max(ω_v, 0))`.
+    /// The factor of the reward at a command: `scale / (1 + k max(ω_v, 0))`.
     pub fn factor(&self, omega_v: f64) -> f64 {
         self.scale / (1.0 + self.command_divisor * omega_v.max(0.0))
+    }
+
+    /// The factor of the entropy bonus at a command, likewise.
+    pub fn entropy_factor(&self, omega_v: f64) -> f64 {
+        self.scale / (1.0 + self.entropy_command_divisor * omega_v.max(0.0))
     }
 
     /// Terms of the step that ended in `state` and changed the total energy by `energy_change_j`.
@@ -105,8 +120,9 @@ impl RewardParameters {
         } else {
             1.0
         };
+        let omega_e = self.omega_e / (1.0 + self.energy_command_divisor * omega_v.max(0.0));
         RewardTerms {
-            energy: -self.omega_e * energy_change_j.abs() * rescale,
+            energy: -omega_e * energy_change_j.abs() * rescale,
             velocity: omega_v * state.x_dot,
             forward: if state.x_dot >= 0.0 { 0.0 } else { -self.c1 },
             alive: self.c2,

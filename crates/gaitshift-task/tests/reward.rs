@@ -46,6 +46,17 @@ fn energy_change_can_be_rescaled_to_a_reference_period() {
 }
 
 #[test]
+fn energy_can_be_cheaper_at_high_commands() {
+    let r = RewardParameters {
+        energy_command_divisor: 3.0,
+        ..RewardParameters::default()
+    };
+    let energy = |omega_v| r.terms(&moving(0.0, 0.0, 0.0), 1.5, omega_v, 0.005).energy;
+    assert_eq!(energy(-0.5), -0.2 * 1.5);
+    assert!((energy(3.0) + 0.02 * 1.5).abs() < 1e-15);
+}
+
+#[test]
 fn symmetry_is_the_squared_difference_of_the_actions() {
     let r = RewardParameters::default();
     let s = r.symmetry_term(&[0.5, -0.25], &[0.0, 0.25]);
@@ -61,4 +72,10 @@ fn the_factor_leaves_negative_commands_alone() {
     };
     assert_eq!(r.factor(-0.5), 0.5);
     assert_eq!(r.factor(2.0), 0.1);
+    assert_eq!(r.entropy_factor(2.0), 0.5);
+    let r = RewardParameters {
+        entropy_command_divisor: 2.0,
+        ..r
+    };
+    assert_eq!(r.entropy_factor(2.0), 0.1);
 }
