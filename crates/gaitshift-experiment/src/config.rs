@@ -1,7 +1,8 @@
 //! One experiment as one TOML file: body, task, curriculum, learner and training, every value named.
 
+use crate::schedule::Schedule;
 use gaitshift_body::{BodyParameters, ParameterError};
-use gaitshift_sac::SacConfig;
+use gaitshift_sac::{SacConfig, Temperature};
 use gaitshift_task::{Curriculum, TaskError, TaskParameters};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -32,12 +33,8 @@ pub struct TrainingParameters {
     pub learning_starts: u64,
     /// How mirror symmetry enters.
     pub symmetry: Symmetry,
-    /// The learning rate falls linearly to this share of itself ...
-    pub learning_rate_end_share: f64,
-    /// ... from this share of the run to its end.
-    pub learning_rate_fall_from: f64,
-    /// The fixed temperature α falls linearly to this share of itself, over the same part of the run.
-    pub alpha_end_share: f64,
+    /// How settings of the learner move during the run.
+    pub schedule: Schedule,
     /// Environment steps between evaluations.
     pub evaluation_interval_steps: u64,
     /// Environment steps between checkpoints.
@@ -55,9 +52,7 @@ impl Default for TrainingParameters {
             steps_per_update: 1,
             learning_starts: 10_000,
             symmetry: Symmetry::Reward,
-            learning_rate_end_share: 1.0,
-            learning_rate_fall_from: 0.5,
-            alpha_end_share: 1.0,
+            schedule: Schedule::default(),
             evaluation_interval_steps: 250_000,
             checkpoint_interval_steps: 1_000_000,
             stop_when_accepted: false,
@@ -261,7 +256,18 @@ impl Experiment {
             });
         }
         let t = &self.training;
-        let share = |v: f64| (0.0..=1.0).contains(&v);
+        let value_error = |message: String| ConfigError::Value {
+            origin: origin(),
+            message,
+        };
+        t.schedule.validate().map_err(value_error)?;
+        let fixed = matches!(self.learner.temperature, Temperature::Fixed { .. });
+        if !t.schedule.alpha.0.is_empty() && !fixed {
+            return Err(value_error(
+                "`training.schedule.alpha` needs `learner.temperature` of the kind \"fixed\""
+                    .to_owned(),
+            ));
+        }
         let ranges = [
             (
                 "environments",
@@ -274,24 +280,6 @@ impl Experiment {
                 t.steps_per_update as f64,
                 t.steps_per_update > 0,
                 "1 or greater",
-            ),
-            (
-                "learning_rate_end_share",
-                t.learning_rate_end_share,
-                share(t.learning_rate_end_share),
-                "between 0 and 1",
-            ),
-            (
-                "learning_rate_fall_from",
-                t.learning_rate_fall_from,
-                share(t.learning_rate_fall_from),
-                "between 0 and 1",
-            ),
-            (
-                "alpha_end_share",
-                t.alpha_end_share,
-                share(t.alpha_end_share),
-                "between 0 and 1",
             ),
             (
                 "evaluation_interval_steps",
@@ -314,10 +302,9 @@ impl Experiment {
         ];
         for (key, value, ok, accepted) in ranges {
             if !ok {
-                return Err(ConfigError::Value {
-                    origin: origin(),
-                    message: format!("`training.{key}` is {value}, but it must be {accepted}"),
-                });
+                return Err(value_error(format!(
+                    "`training.{key}` is {value}, but it must be {accepted}"
+                )));
             }
         }
         Ok(())

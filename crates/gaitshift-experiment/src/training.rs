@@ -11,7 +11,7 @@ use crate::controller::{Controller, Deterministic, Provenance};
 use crate::run_folder::{RunFolder, TrainingError};
 use gaitshift_body::Body;
 use gaitshift_sac::{
-    Agent, Mirror, Policy, ReplayBuffer, SacConfig, Temperature, Transitions, UpdateStats, reflect,
+    Agent, Mirror, Policy, ReplayBuffer, SacConfig, Transitions, UpdateStats, reflect,
 };
 use gaitshift_task::{
     ACTION_MIRROR, ACTION_SIZE, BatchState, EndReason, EnvironmentBatch, FinishedEpisode,
@@ -354,7 +354,7 @@ impl Training {
             let step = self.counters.step;
             let e = &self.experiment;
             let settings = e.curriculum.at(step, &e.task.reward);
-            self.apply_schedules(step as f64 / total as f64)?;
+            self.apply_schedule(step as f64 / total as f64)?;
             self.collect(&settings, &mut logs.episodes)?;
             self.learn()?;
             self.counters.elapsed_s = before_s + clock.elapsed().as_secs_f64();
@@ -398,15 +398,16 @@ impl Training {
         Ok(report)
     }
 
-    fn apply_schedules(&mut self, progress: f64) -> Result<(), TrainingError> {
-        let t = &self.experiment.training;
-        let span = (1.0 - t.learning_rate_fall_from).max(1e-9);
-        let fallen = ((progress - t.learning_rate_fall_from) / span).clamp(0.0, 1.0);
-        let share = |end: f64| 1.0 - fallen * (1.0 - end);
-        let rate = self.experiment.learner.learning_rate * share(t.learning_rate_end_share);
-        self.agent.set_learning_rate(rate)?;
-        if let Temperature::Fixed { alpha } = self.experiment.learner.temperature {
-            self.agent.set_alpha(alpha * share(t.alpha_end_share))?;
+    fn apply_schedule(&mut self, share: f64) -> Result<(), TrainingError> {
+        let schedule = &self.experiment.training.schedule;
+        if let Some(rate) = schedule.learning_rate.at(share) {
+            self.agent.set_learning_rate(rate)?;
+        }
+        if let Some(alpha) = schedule.alpha.at(share) {
+            self.agent.set_alpha(alpha)?;
+        }
+        if let Some(horizon) = schedule.horizon.at(share) {
+            self.agent.set_gamma(1.0 - 1.0 / horizon)?;
         }
         Ok(())
     }

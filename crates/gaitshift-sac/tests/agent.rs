@@ -4,7 +4,7 @@
 //! - when the seed is the same, and another when it is not,
 //! - whether or not it was saved, dropped, loaded and resumed on the way, replay buffer included.
 //!
-//! Divergence is reported, an update allocates nothing, settings out of range are refused by name.
+//! Its acting noise has the correlation asked for and stays standard normal. Divergence is reported, an update allocates nothing, settings out of range are refused by name.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -64,6 +64,7 @@ fn config(threads: usize) -> SacConfig {
         mirror_loss_weight: 0.5,
         mirrored_fraction: 0.5,
         actor_average_decay: 0.95,
+        noise_correlation: 0.8,
         max_grad_norm: Some(1.0),
         threads,
         ..SacConfig::default()
@@ -248,6 +249,39 @@ fn rates_and_weights_can_be_changed_on_the_way() {
     assert_eq!(agent.alpha(), 0.05);
     assert_eq!(agent.update(&replay).unwrap().alpha, 0.05);
     assert!(agent.set_alpha(f64::NAN).is_err());
+}
+
+#[test]
+fn acting_noise_is_correlated_as_asked_and_stays_standard_normal() {
+    let variances = [0.0, 0.9].map(|correlation| {
+        let config = SacConfig {
+            noise_correlation: correlation,
+            ..SacConfig::default()
+        };
+        let mut agent = Agent::new(config, OBSERVATIONS, ACTIONS, None, 5).unwrap();
+        let observations = [0.0; STREAMS * OBSERVATIONS];
+        let (mut actions, mut log_probs) = ([0.0; STREAMS * ACTIONS], [0.0; STREAMS]);
+        let mut means = [0.0; STREAMS * ACTIONS];
+        agent.act_deterministic(&observations, &mut means).unwrap();
+        // At one observation mean and deviation are constant, so atanh(action) is the noise, scaled.
+        let steps = 20_000;
+        let series: Vec<f64> = (0..steps)
+            .map(|_| {
+                agent
+                    .act(&observations, &mut actions, &mut log_probs)
+                    .unwrap();
+                f64::from(actions[0]).atanh() - f64::from(means[0]).atanh()
+            })
+            .collect();
+        let moment = |lag: usize| {
+            let pairs = series.iter().zip(&series[lag..]);
+            pairs.map(|(a, b)| a * b).sum::<f64>() / (steps - lag) as f64
+        };
+        assert!((moment(1) / moment(0) - correlation).abs() < 0.03);
+        moment(0)
+    });
+    // ln π takes the noise for standard normal: its variance must not depend on the correlation.
+    assert!((variances[0] / variances[1] - 1.0).abs() < 0.1);
 }
 
 #[test]

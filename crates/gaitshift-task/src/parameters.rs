@@ -196,6 +196,7 @@ impl TaskParameters {
                 "task.reward.energy_command_divisor",
                 r.energy_command_divisor,
             ),
+            ("task.reward.omega_e_floor", r.omega_e_floor),
             ("task.reward.command_divisor", r.command_divisor),
             (
                 "task.reward.entropy_command_divisor",

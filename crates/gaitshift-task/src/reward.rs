@@ -26,6 +26,8 @@ pub struct RewardParameters {
     /// Above 0, energy is dear at low commands, which makes the walk slow and pendular, and cheap at
     /// high ones, where dear energy keeps the learner from ever trying a flight phase.
     pub energy_command_divisor: f64,
+    /// *Not in the paper.* The division above does not take `ω_E` below this, per J.
+    pub omega_e_floor: f64,
     /// *Open in the conference paper.* The whole reward is divided by `1 + k max(ω_v, 0)`; this is
     /// `k`. 0 is the conference paper, 1 the journal version.
     pub command_divisor: f64,
@@ -48,6 +50,7 @@ impl Default for RewardParameters {
             c3: 0.5,
             energy_reference_period_s: 0.0,
             energy_command_divisor: 0.0,
+            omega_e_floor: 0.0,
             command_divisor: 0.0,
             entropy_command_divisor: 0.0,
             scale: 1.0,
@@ -120,7 +123,8 @@ impl RewardParameters {
         } else {
             1.0
         };
-        let omega_e = self.omega_e / (1.0 + self.energy_command_divisor * omega_v.max(0.0));
+        let divisor = 1.0 + self.energy_command_divisor * omega_v.max(0.0);
+        let omega_e = (self.omega_e / divisor).max(self.omega_e_floor.min(self.omega_e));
         RewardTerms {
             energy: -omega_e * energy_change_j.abs() * rescale,
             velocity: omega_v * state.x_dot,

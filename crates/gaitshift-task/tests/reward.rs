@@ -54,6 +54,12 @@ fn energy_can_be_cheaper_at_high_commands() {
     let energy = |omega_v| r.terms(&moving(0.0, 0.0, 0.0), 1.5, omega_v, 0.005).energy;
     assert_eq!(energy(-0.5), -0.2 * 1.5);
     assert!((energy(3.0) + 0.02 * 1.5).abs() < 1e-15);
+    let r = RewardParameters {
+        omega_e_floor: 0.05,
+        ..r.clone()
+    };
+    let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 3.0, 0.005);
+    assert!((t.energy + 0.05 * 1.5).abs() < 1e-15);
 }
 
 #[test]
