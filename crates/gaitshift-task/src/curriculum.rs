@@ -21,6 +21,9 @@ pub struct Phase {
     /// Replaces `ω_E` during the phase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub omega_e: Option<f64>,
+    /// `ω_E` at the end of the phase; between the two it moves linearly. Default: the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub omega_e_end: Option<f64>,
     /// Replaces `ω_s` during the phase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub omega_s: Option<f64>,
@@ -86,6 +89,7 @@ impl Default for Curriculum {
             omega_v,
             omega_v_end: None,
             omega_e: None,
+            omega_e_end: None,
             omega_s: None,
             start_speed_m_per_s: None,
         };
@@ -120,11 +124,13 @@ impl Curriculum {
                 let progress = ((step - start) as f64 / phase.steps.max(1) as f64).clamp(0.0, 1.0);
                 let end = phase.omega_v_end.unwrap_or(phase.omega_v);
                 let mix = |k: usize| phase.omega_v[k] + progress * (end[k] - phase.omega_v[k]);
+                let omega_e = phase.omega_e.unwrap_or(reward.omega_e);
+                let omega_e_end = phase.omega_e_end.unwrap_or(omega_e);
                 return PhaseSettings {
                     index,
                     omega_v: [mix(0), mix(1)],
                     reward: RewardParameters {
-                        omega_e: phase.omega_e.unwrap_or(reward.omega_e),
+                        omega_e: omega_e + progress * (omega_e_end - omega_e),
                         omega_s: phase.omega_s.unwrap_or(reward.omega_s),
                         ..reward.clone()
                     },
@@ -183,7 +189,11 @@ impl Curriculum {
             if let Some(r) = p.start_speed_m_per_s {
                 require(ordered(r), &key("start_speed_m_per_s"), r, range)?;
             }
-            for (name, weight) in [("omega_e", p.omega_e), ("omega_s", p.omega_s)] {
+            for (name, weight) in [
+                ("omega_e", p.omega_e),
+                ("omega_e_end", p.omega_e_end),
+                ("omega_s", p.omega_s),
+            ] {
                 if let Some(w) = weight {
                     require(w.is_finite() && w >= 0.0, &key(name), w, "0 or greater")?;
                 }

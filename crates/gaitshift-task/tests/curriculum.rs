@@ -1,5 +1,5 @@
 //! Contract: the default curriculum is the paper's schedule; settings change exactly at the phases'
-//! boundaries; a widening range moves linearly; draws stay in range; bad values are named.
+//! boundaries; a widening range and a moving weight of energy move linearly; draws stay in range; bad values are named.
 
 use gaitshift_task::{CommandDraw, Curriculum, Phase, RewardParameters};
 use proptest::prelude::*;
@@ -38,6 +38,17 @@ fn widening() -> Curriculum {
 fn a_range_widens_linearly() {
     let s = widening().at(50, &RewardParameters::default());
     assert!((s.omega_v[0] + 0.35).abs() < 1e-12 && (s.omega_v[1] - 1.85).abs() < 1e-12);
+}
+
+#[test]
+fn the_weight_of_energy_moves_linearly() {
+    let mut c = widening();
+    c.phases[0].omega_e = Some(0.2);
+    c.phases[0].omega_e_end = Some(0.6);
+    let at = |step| c.at(step, &RewardParameters::default()).reward.omega_e;
+    assert_eq!(at(0), 0.2);
+    assert!((at(25) - 0.3).abs() < 1e-12);
+    assert!((at(1000) - 0.6).abs() < 1e-12);
 }
 
 #[test]
