@@ -24,6 +24,9 @@ pub struct Phase {
     /// `ω_E` at the end of the phase; between the two it moves linearly. Default: the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub omega_e_end: Option<f64>,
+    /// Replaces `ω_l` during the phase.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub omega_l: Option<f64>,
     /// Replaces `ω_s` during the phase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub omega_s: Option<f64>,
@@ -90,6 +93,7 @@ impl Default for Curriculum {
             omega_v_end: None,
             omega_e: None,
             omega_e_end: None,
+            omega_l: None,
             omega_s: None,
             start_speed_m_per_s: None,
         };
@@ -131,6 +135,7 @@ impl Curriculum {
                     omega_v: [mix(0), mix(1)],
                     reward: RewardParameters {
                         omega_e: omega_e + progress * (omega_e_end - omega_e),
+                        omega_l: phase.omega_l.unwrap_or(reward.omega_l),
                         omega_s: phase.omega_s.unwrap_or(reward.omega_s),
                         ..reward.clone()
                     },
@@ -192,6 +197,7 @@ impl Curriculum {
             for (name, weight) in [
                 ("omega_e", p.omega_e),
                 ("omega_e_end", p.omega_e_end),
+                ("omega_l", p.omega_l),
                 ("omega_s", p.omega_s),
             ] {
                 if let Some(w) = weight {

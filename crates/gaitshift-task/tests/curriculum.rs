@@ -41,14 +41,16 @@ fn a_range_widens_linearly() {
 }
 
 #[test]
-fn the_weight_of_energy_moves_linearly() {
+fn a_phase_has_its_own_weights_and_that_of_energy_moves_linearly() {
     let mut c = widening();
     c.phases[0].omega_e = Some(0.2);
     c.phases[0].omega_e_end = Some(0.6);
+    c.phases[0].omega_l = Some(0.5);
     let at = |step| c.at(step, &RewardParameters::default()).reward.omega_e;
     assert_eq!(at(0), 0.2);
     assert!((at(25) - 0.3).abs() < 1e-12);
     assert!((at(1000) - 0.6).abs() < 1e-12);
+    assert_eq!(c.at(0, &RewardParameters::default()).reward.omega_l, 0.5);
 }
 
 #[test]
