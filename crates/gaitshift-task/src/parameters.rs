@@ -197,6 +197,7 @@ impl TaskParameters {
                 r.energy_command_divisor,
             ),
             ("task.reward.omega_e_floor", r.omega_e_floor),
+            ("task.reward.energy_cap", r.energy_cap),
             ("task.reward.command_divisor", r.command_divisor),
             (
                 "task.reward.entropy_command_divisor",

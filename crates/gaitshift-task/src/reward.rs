@@ -28,6 +28,10 @@ pub struct RewardParameters {
     pub energy_command_divisor: f64,
     /// *Not in the paper.* The division above does not take `ω_E` below this, per J.
     pub omega_e_floor: f64,
+    /// *Not in the paper.* The energy term of one step does not go below minus this; 0 sets no bound,
+    /// which is the paper. Without one, braking from a run under a low command costs more than being
+    /// alive earns, so that falling pays; a bound below `C2` makes living always worth it.
+    pub energy_cap: f64,
     /// *Open in the conference paper.* The whole reward is divided by `1 + k max(ω_v, 0)`; this is
     /// `k`. 0 is the conference paper, 1 the journal version.
     pub command_divisor: f64,
@@ -51,6 +55,7 @@ impl Default for RewardParameters {
             energy_reference_period_s: 0.0,
             energy_command_divisor: 0.0,
             omega_e_floor: 0.0,
+            energy_cap: 0.0,
             command_divisor: 0.0,
             entropy_command_divisor: 0.0,
             scale: 1.0,
@@ -125,8 +130,13 @@ impl RewardParameters {
         };
         let divisor = 1.0 + self.energy_command_divisor * omega_v.max(0.0);
         let omega_e = (self.omega_e / divisor).max(self.omega_e_floor.min(self.omega_e));
+        let cap = if self.energy_cap > 0.0 {
+            self.energy_cap
+        } else {
+            f64::INFINITY
+        };
         RewardTerms {
-            energy: -omega_e * energy_change_j.abs() * rescale,
+            energy: -(omega_e * energy_change_j.abs() * rescale).min(cap),
             velocity: omega_v * state.x_dot,
             forward: if state.x_dot >= 0.0 { 0.0 } else { -self.c1 },
             alive: self.c2,

@@ -60,6 +60,13 @@ fn energy_can_be_cheaper_at_high_commands() {
     };
     let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 3.0, 0.005);
     assert!((t.energy + 0.05 * 1.5).abs() < 1e-15);
+    let r = RewardParameters {
+        energy_cap: 0.9,
+        ..RewardParameters::default()
+    };
+    let energy = |change_j| r.terms(&moving(0.0, 0.0, 0.0), change_j, 0.0, 0.005).energy;
+    assert!((energy(-4.0) + 0.8).abs() < 1e-15);
+    assert_eq!(energy(5.0), -0.9);
 }
 
 #[test]
