@@ -301,8 +301,7 @@ impl Training {
         let settings = e.curriculum.at(0, &e.task.reward);
         // The environments' stream of random numbers must not repeat the learner's.
         let seed = e.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x6761_6974;
-        let draw = &e.curriculum.command;
-        let batch = EnvironmentBatch::new(body, e.task.clone(), count, seed, &settings, draw);
+        let batch = EnvironmentBatch::new(body, e.task.clone(), count, seed, &settings);
         Ok(Self {
             counters: Counters {
                 next_evaluation: e.training.evaluation_interval_steps,
@@ -453,11 +452,10 @@ impl Training {
         } else {
             b.symmetry.fill(0.0);
         }
-        let draw = &self.experiment.curriculum.command;
         for i in 0..count {
             let action = &b.actions[row(i, ACTION_SIZE)];
             let command = [f64::from(action[0]), f64::from(action[1])];
-            let (outcome, finished) = self.batch.step(i, command, b.symmetry[i], settings, draw);
+            let (outcome, finished) = self.batch.step(i, command, b.symmetry[i], settings);
             let diverged = outcome.ended == Some(EndReason::Diverged);
             b.valid[i] = !diverged;
             b.rewards[i] = (outcome.terms.sum() * outcome.factor) as f32;
@@ -481,7 +479,7 @@ impl Training {
                     recent.episodes.pop_front();
                 }
                 episodes.write(self.counters.step, &finished)?;
-                self.batch.reset(i, settings, draw);
+                self.batch.reset(i, settings);
             }
         }
         self.replay.push(Transitions {

@@ -33,6 +33,12 @@ pub struct Phase {
     /// Replaces the start's speed by one drawn uniformly from this range, in m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_speed_m_per_s: Option<[f64; 2]>,
+    /// Replaces the command's `focus_share` during the phase.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub focus_share: Option<f64>,
+    /// Replaces the command's `redraw_interval_s` during the phase.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub redraw_interval_s: Option<f64>,
 }
 
 /// How `ω_v` is drawn from the phase's range.
@@ -77,6 +83,8 @@ pub struct PhaseSettings {
     pub index: usize,
     /// Range of `ω_v`.
     pub omega_v: [f64; 2],
+    /// How `ω_v` is drawn from it.
+    pub command: CommandDraw,
     /// The reward in force.
     pub reward: RewardParameters,
     /// Range of the start's speed, if the phase sets one, in m/s.
@@ -96,6 +104,8 @@ impl Default for Curriculum {
             omega_l: None,
             omega_s: None,
             start_speed_m_per_s: None,
+            focus_share: None,
+            redraw_interval_s: None,
         };
         Self {
             command: CommandDraw::default(),
@@ -133,6 +143,13 @@ impl Curriculum {
                 return PhaseSettings {
                     index,
                     omega_v: [mix(0), mix(1)],
+                    command: CommandDraw {
+                        focus_share: phase.focus_share.unwrap_or(self.command.focus_share),
+                        redraw_interval_s: phase
+                            .redraw_interval_s
+                            .unwrap_or(self.command.redraw_interval_s),
+                        ..self.command.clone()
+                    },
                     reward: RewardParameters {
                         omega_e: omega_e + progress * (omega_e_end - omega_e),
                         omega_l: phase.omega_l.unwrap_or(reward.omega_l),
@@ -147,6 +164,7 @@ impl Curriculum {
         PhaseSettings {
             index: 0,
             omega_v: [0.0, 0.0],
+            command: self.command.clone(),
             reward: reward.clone(),
             start_speed_m_per_s: None,
         }
@@ -194,15 +212,20 @@ impl Curriculum {
             if let Some(r) = p.start_speed_m_per_s {
                 require(ordered(r), &key("start_speed_m_per_s"), r, range)?;
             }
-            for (name, weight) in [
+            for (name, value) in [
                 ("omega_e", p.omega_e),
                 ("omega_e_end", p.omega_e_end),
                 ("omega_l", p.omega_l),
                 ("omega_s", p.omega_s),
+                ("redraw_interval_s", p.redraw_interval_s),
             ] {
-                if let Some(w) = weight {
-                    require(w.is_finite() && w >= 0.0, &key(name), w, "0 or greater")?;
+                if let Some(v) = value {
+                    require(v.is_finite() && v >= 0.0, &key(name), v, "0 or greater")?;
                 }
+            }
+            if let Some(share) = p.focus_share {
+                let key = key("focus_share");
+                require((0.0..=1.0).contains(&share), &key, share, "between 0 and 1")?;
             }
         }
         Ok(())

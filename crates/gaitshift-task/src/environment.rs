@@ -1,7 +1,7 @@
 //! Episodes: one environment, and a batch of them stepped together.
 
 use crate::observation::{OBSERVATION_SIZE, observe};
-use crate::{CommandDraw, PhaseSettings, RewardParameters, RewardTerms, TaskParameters};
+use crate::{PhaseSettings, RewardParameters, RewardTerms, TaskParameters};
 use gaitshift_body::{AdvanceReport, Body, BodyState, EnergyAccount, LEFT, RIGHT};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -237,7 +237,6 @@ impl EnvironmentBatch {
         count: usize,
         seed: u64,
         settings: &PhaseSettings,
-        draw: &CommandDraw,
     ) -> Self {
         let mut seeds = Xoshiro256PlusPlus::seed_from_u64(seed);
         let episode = |_| Episode {
@@ -256,7 +255,7 @@ impl EnvironmentBatch {
             episodes,
         };
         for i in 0..count {
-            batch.reset(i, settings, draw);
+            batch.reset(i, settings);
         }
         batch
     }
@@ -301,9 +300,9 @@ impl EnvironmentBatch {
     }
 
     /// Starts a new episode in environment `i`.
-    pub fn reset(&mut self, i: usize, settings: &PhaseSettings, draw: &CommandDraw) {
+    pub fn reset(&mut self, i: usize, settings: &PhaseSettings) {
         let episode = &mut self.episodes[i];
-        let omega_v = draw.draw(settings.omega_v, &mut episode.rng);
+        let omega_v = settings.command.draw(settings.omega_v, &mut episode.rng);
         let speed = settings.start_speed_m_per_s;
         let start = Environment::random_start(&self.body, &self.task, speed, &mut episode.rng);
         self.environments[i] = Environment::new(&self.body, start, omega_v);
@@ -321,7 +320,6 @@ impl EnvironmentBatch {
         command: [f64; 2],
         symmetry: f64,
         settings: &PhaseSettings,
-        draw: &CommandDraw,
     ) -> (StepOutcome, Option<FinishedEpisode>) {
         let environment = &mut self.environments[i];
         let mut outcome = environment.step(&self.body, &self.task, &settings.reward, command);
@@ -335,12 +333,13 @@ impl EnvironmentBatch {
             ended,
             distance_m: environment.state.x - episode.start_x,
         });
-        self.move_command(i, settings, draw);
+        self.move_command(i, settings);
         (outcome, finished)
     }
 
     /// Changes the command within the episode, where the curriculum asks for it.
-    fn move_command(&mut self, i: usize, settings: &PhaseSettings, draw: &CommandDraw) {
+    fn move_command(&mut self, i: usize, settings: &PhaseSettings) {
+        let draw = &settings.command;
         if draw.redraw_interval_s <= 0.0 {
             return;
         }

@@ -46,11 +46,17 @@ fn a_phase_has_its_own_weights_and_that_of_energy_moves_linearly() {
     c.phases[0].omega_e = Some(0.2);
     c.phases[0].omega_e_end = Some(0.6);
     c.phases[0].omega_l = Some(0.5);
+    c.phases[0].redraw_interval_s = Some(2.0);
+    c.phases[0].focus_share = Some(0.3);
     let at = |step| c.at(step, &RewardParameters::default()).reward.omega_e;
     assert_eq!(at(0), 0.2);
     assert!((at(25) - 0.3).abs() < 1e-12);
     assert!((at(1000) - 0.6).abs() < 1e-12);
-    assert_eq!(c.at(0, &RewardParameters::default()).reward.omega_l, 0.5);
+    let s = c.at(0, &RewardParameters::default());
+    assert_eq!(s.reward.omega_l, 0.5);
+    assert_eq!(s.command.redraw_interval_s, 2.0);
+    assert_eq!(s.command.focus_share, 0.3);
+    assert_eq!(s.command.redraw_ramp_s, c.command.redraw_ramp_s);
 }
 
 #[test]
@@ -59,6 +65,13 @@ fn bad_values_are_named() {
     c.phases[0].omega_v = [1.0, -1.0];
     let error = c.validate().unwrap_err().to_string();
     assert!(error.contains("curriculum.phases[0].omega_v"), "{error}");
+    c.phases[0].omega_v = [0.0, 1.0];
+    c.phases[0].focus_share = Some(1.5);
+    let error = c.validate().unwrap_err().to_string();
+    assert!(
+        error.contains("curriculum.phases[0].focus_share"),
+        "{error}"
+    );
     c.phases.clear();
     assert!(c.validate().unwrap_err().to_string().contains("phases"));
 }

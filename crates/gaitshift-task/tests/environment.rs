@@ -74,18 +74,15 @@ fn the_energy_term_is_the_change_of_total_energy() {
 #[test]
 fn a_batch_does_not_depend_on_its_size() {
     let (task, curriculum) = (TaskParameters::default(), Curriculum::default());
-    let settings = curriculum.at(0, &task.reward);
-    let draw = CommandDraw {
-        redraw_interval_s: 0.5,
-        ..CommandDraw::default()
-    };
+    let mut settings = curriculum.at(0, &task.reward);
+    settings.command.redraw_interval_s = 0.5;
     let run = |count| {
-        let mut batch = EnvironmentBatch::new(body(), task.clone(), count, 7, &settings, &draw);
+        let mut batch = EnvironmentBatch::new(body(), task.clone(), count, 7, &settings);
         for _ in 0..600 {
             for i in 0..count {
-                let (_, finished) = batch.step(i, [0.5, 0.3], 0.0, &settings, &draw);
+                let (_, finished) = batch.step(i, [0.5, 0.3], 0.0, &settings);
                 if finished.is_some() {
-                    batch.reset(i, &settings, &draw);
+                    batch.reset(i, &settings);
                 }
             }
         }
@@ -97,18 +94,18 @@ fn a_batch_does_not_depend_on_its_size() {
 #[test]
 fn the_command_stays_within_an_episode_unless_asked_to_change() {
     let (task, curriculum) = (TaskParameters::default(), Curriculum::default());
-    let settings = curriculum.at(5_000_000, &task.reward);
+    let mut settings = curriculum.at(5_000_000, &task.reward);
     for (interval, changes) in [(0.0, false), (0.05, true)] {
-        let draw = CommandDraw {
+        settings.command = CommandDraw {
             redraw_interval_s: interval,
             redraw_ramp_s: 0.1,
             ..CommandDraw::default()
         };
-        let mut batch = EnvironmentBatch::new(body(), task.clone(), 1, 3, &settings, &draw);
+        let mut batch = EnvironmentBatch::new(body(), task.clone(), 1, 3, &settings);
         let first = batch.environments()[0].omega_v;
         let mut seen = false;
         for _ in 0..50 {
-            batch.step(0, [0.5, 0.5], 0.0, &settings, &draw);
+            batch.step(0, [0.5, 0.5], 0.0, &settings);
             let now = batch.environments()[0].omega_v;
             assert!((-0.5..=3.5).contains(&now));
             seen |= now != first;
