@@ -80,7 +80,7 @@ pub struct TaskParameters {
 impl Default for TaskParameters {
     fn default() -> Self {
         Self {
-            control_period_s: 0.005,
+            control_period_s: 0.01,
             reward: RewardParameters::default(),
             termination: TerminationParameters::default(),
             start: StartParameters::default(),
