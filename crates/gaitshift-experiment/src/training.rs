@@ -150,6 +150,7 @@ struct Buffers {
     log_probs: Vec<f32>,
     rewards: Vec<f32>,
     entropy_scales: Vec<f32>,
+    horizon_scales: Vec<f32>,
     symmetry: Vec<f64>,
     terminated: Vec<bool>,
     truncated: Vec<bool>,
@@ -170,6 +171,7 @@ impl Buffers {
             log_probs: vec![0.0; count],
             rewards: vec![0.0; count],
             entropy_scales: vec![0.0; count],
+            horizon_scales: vec![1.0; count],
             symmetry: vec![0.0; count],
             terminated: vec![false; count],
             truncated: vec![false; count],
@@ -460,6 +462,7 @@ impl Training {
             b.valid[i] = !diverged;
             b.rewards[i] = (outcome.terms.sum() * outcome.factor) as f32;
             b.entropy_scales[i] = outcome.entropy_factor as f32;
+            b.horizon_scales[i] = outcome.horizon_factor as f32;
             b.terminated[i] = outcome.ended.is_some_and(EndReason::is_termination);
             b.truncated[i] = outcome.ended == Some(EndReason::TimeLimit);
             scale_observation(
@@ -488,6 +491,7 @@ impl Training {
             log_probs: &b.log_probs,
             rewards: &b.rewards,
             entropy_scales: &b.entropy_scales,
+            horizon_scales: &b.horizon_scales,
             next_observations: &b.next_observations,
             terminated: &b.terminated,
             truncated: &b.truncated,

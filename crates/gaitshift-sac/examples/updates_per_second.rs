@@ -83,6 +83,7 @@ fn filled_replay() -> Result<ReplayBuffer, SacError> {
             log_probs: &[-1.0; STREAMS],
             rewards: &numbers(STREAMS, step, 0.5),
             entropy_scales: &[1.0; STREAMS],
+            horizon_scales: &[1.0; STREAMS],
             next_observations: &numbers(STREAMS * OBSERVATIONS, step + 1, 1.0),
             terminated: &terminated,
             truncated: &[false; STREAMS],

@@ -35,6 +35,7 @@
 //!         log_probs: &log_prob,
 //!         rewards: &[-(action[0] - observation[0]).powi(2)],
 //!         entropy_scales: &[1.0],
+//!         horizon_scales: &[1.0],
 //!         next_observations: &[(step as f32 + 1.0).sin()],
 //!         terminated: &[false],
 //!         truncated: &[step % 20 == 19],

@@ -114,6 +114,7 @@ impl Task {
                 log_probs: &log_probs,
                 rewards: &rewards,
                 entropy_scales: &[1.0, 0.5, 0.25, 1.0],
+                horizon_scales: &[1.0; 4],
                 next_observations: &next,
                 terminated: &at(11),
                 truncated: &at(17),

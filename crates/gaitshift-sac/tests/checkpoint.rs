@@ -36,6 +36,7 @@ fn files() -> Files {
                 log_probs: &[0.0; 2],
                 rewards: &[0.0; 2],
                 entropy_scales: &[1.0; 2],
+                horizon_scales: &[1.0; 2],
                 next_observations: &[0.0; 4],
                 terminated: &[false; 2],
                 truncated: &[false; 2],

@@ -3,6 +3,7 @@
 //! - The ring holds the newest transitions of every stream, whatever its capacity and however often it wrapped.
 //! - n-step windows sum discounted rewards, stop at termination, truncation, gaps and the newest step, subtract the
 //!   entropy of the steps within, and end in the right observation.
+//! - Each step discounts by its own horizon.
 //! - TRUNCATION BOOTSTRAPS: a time limit leaves the discount on the next value as it is; termination sets it to 0.
 //! - Gaps (invalid steps) are never drawn and their numbers never seen.
 //! - Drawing is uniform and reproducible; mirrored rows are the mirror images of what they would have been.
@@ -19,6 +20,7 @@ struct Step {
     reward: f32,
     log_prob: f32,
     scale: f32,
+    horizon: f32,
 }
 
 const GAMMA: f64 = 0.9;
@@ -59,6 +61,7 @@ fn filled(capacity: usize, steps: &[Vec<Step>]) -> ReplayBuffer {
                 log_probs: &spoil(numbers(|step| step.log_prob), 1),
                 rewards: &spoil(numbers(|step| step.reward), 1),
                 entropy_scales: &spoil(numbers(|step| step.scale), 1),
+                horizon_scales: &spoil(numbers(|step| step.horizon), 1),
                 next_observations: &spoil(next, 2),
                 terminated: &flags(|step| step.terminated),
                 truncated: &flags(|step| step.truncated),
@@ -77,6 +80,7 @@ fn window(
     n_step: usize,
 ) -> (f64, f64, usize, f32) {
     let mut sum = 0.0;
+    let mut discount = 1.0;
     for k in 0.. {
         let step = steps[time + k][stream];
         let gain = f64::from(step.reward)
@@ -85,15 +89,12 @@ fn window(
             } else {
                 0.0
             };
-        sum += GAMMA.powi(k as i32) * gain;
+        sum += discount * gain;
+        discount *= (1.0 - (1.0 - GAMMA) / f64::from(step.horizon)).max(0.0);
         let follower = steps.get(time + k + 1).map(|row| row[stream]);
         let goes_on = follower.is_some_and(|step| step.valid);
         if step.terminated || step.truncated || k + 1 == n_step || !goes_on {
-            let discount = if step.terminated {
-                0.0
-            } else {
-                GAMMA.powi(k as i32 + 1)
-            };
+            let discount = if step.terminated { 0.0 } else { discount };
             return (sum, discount, time + k, step.scale);
         }
     }
@@ -109,15 +110,17 @@ fn step() -> impl Strategy<Value = Step> {
         -2.0f32..2.0,
         -3.0f32..1.0,
         0.1f32..1.0,
+        0.05f32..2.0,
     )
         .prop_map(
-            |(terminated, truncated, invalid, reward, log_prob, scale)| Step {
+            |(terminated, truncated, invalid, reward, log_prob, scale, horizon)| Step {
                 terminated,
                 truncated,
                 valid: !invalid,
                 reward,
                 log_prob,
                 scale,
+                horizon,
             },
         )
 }
@@ -175,6 +178,7 @@ fn plain(reward: f32) -> Step {
         reward,
         log_prob: 0.0,
         scale: 1.0,
+        horizon: 1.0,
     }
 }
 
@@ -305,6 +309,7 @@ fn bad_steps_are_refused_and_leave_no_trace() {
         log_probs: &[0.0, 1.0],
         rewards: &[0.0, 1.0],
         entropy_scales: &[1.0, 1.0],
+        horizon_scales: &[1.0, 1.0],
         next_observations: &[0.0, 1.0],
         terminated: &[false, true],
         truncated: &[false, false],

@@ -46,6 +46,8 @@ pub struct StepOutcome {
     pub factor: f64,
     /// Factor of this step's entropy bonus.
     pub entropy_factor: f64,
+    /// Factor of the horizon that this step's state looks ahead.
+    pub horizon_factor: f64,
     /// Set when the episode is over.
     pub ended: Option<EndReason>,
     /// Mean forces over the period.
@@ -134,11 +136,13 @@ impl Environment {
         self.periods += 1;
         let factor = reward.factor(self.omega_v);
         let entropy_factor = reward.entropy_factor(self.omega_v);
+        let horizon_factor = reward.horizon_factor(self.omega_v);
         if report.diverged {
             return StepOutcome {
                 terms: RewardTerms::default(),
                 factor,
                 entropy_factor,
+                horizon_factor,
                 ended: Some(EndReason::Diverged),
                 report,
             };
@@ -161,6 +165,7 @@ impl Environment {
             terms,
             factor,
             entropy_factor,
+            horizon_factor,
             ended,
             report,
         }

@@ -203,6 +203,11 @@ impl TaskParameters {
                 "task.reward.entropy_command_divisor",
                 r.entropy_command_divisor,
             ),
+            (
+                "task.reward.horizon_command_divisor",
+                r.horizon_command_divisor,
+            ),
+            ("task.reward.horizon_share_floor", r.horizon_share_floor),
         ];
         for (key, value) in not_negatives {
             require(not_negative(value), key, value, "0 or greater")?;

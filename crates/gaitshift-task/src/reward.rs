@@ -39,6 +39,12 @@ pub struct RewardParameters {
     /// `command_divisor` it keeps each command's optimum; smaller, it asks for more exploration at
     /// high commands. 0 is the conference paper, and the journal version as far as it says.
     pub entropy_command_divisor: f64,
+    /// *Not in the paper.* The horizon 1 / (1 - γ) of a step is divided by `1 + k max(ω_v, 0)`; this is
+    /// `k`. 0 is the paper. Above 0, fast commands look less far ahead, which is what lets the learner
+    /// find flight, and slow ones far enough to see a fall coming.
+    pub horizon_command_divisor: f64,
+    /// *Not in the paper.* The division above leaves at least this share of the horizon.
+    pub horizon_share_floor: f64,
     /// Constant factor of the reward. It and the entropy bonus scale together, so the optimum stays.
     pub scale: f64,
 }
@@ -58,6 +64,8 @@ impl Default for RewardParameters {
             energy_cap: 0.0,
             command_divisor: 0.0,
             entropy_command_divisor: 0.0,
+            horizon_command_divisor: 0.0,
+            horizon_share_floor: 0.0,
             scale: 1.0,
         }
     }
@@ -112,6 +120,12 @@ impl RewardParameters {
     /// The factor of the entropy bonus at a command, likewise.
     pub fn entropy_factor(&self, omega_v: f64) -> f64 {
         self.scale / (1.0 + self.entropy_command_divisor * omega_v.max(0.0))
+    }
+
+    /// The factor of the horizon at a command, above 0 and at most 1.
+    pub fn horizon_factor(&self, omega_v: f64) -> f64 {
+        let share = 1.0 / (1.0 + self.horizon_command_divisor * omega_v.max(0.0));
+        share.max(self.horizon_share_floor.min(1.0))
     }
 
     /// Terms of the step that ended in `state` and changed the total energy by `energy_change_j`.

@@ -91,4 +91,13 @@ fn the_factor_leaves_negative_commands_alone() {
         ..r
     };
     assert_eq!(r.entropy_factor(2.0), 0.1);
+    assert_eq!(r.horizon_factor(2.0), 1.0);
+    let r = RewardParameters {
+        horizon_command_divisor: 1.5,
+        horizon_share_floor: 0.2,
+        ..r
+    };
+    assert_eq!(r.horizon_factor(-0.5), 1.0);
+    assert_eq!(r.horizon_factor(2.0), 0.25);
+    assert_eq!(r.horizon_factor(3.0), 0.2);
 }
