@@ -24,9 +24,15 @@ pub struct Phase {
     /// `ω_E` at the end of the phase; between the two it moves linearly. Default: the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub omega_e_end: Option<f64>,
+    /// Replaces `energy_command_divisor` during the phase.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy_command_divisor: Option<f64>,
     /// Replaces `ω_l` during the phase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub omega_l: Option<f64>,
+    /// Replaces `C3` during the phase, in rad/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub c3: Option<f64>,
     /// Replaces `ω_s` during the phase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub omega_s: Option<f64>,
@@ -101,7 +107,9 @@ impl Default for Curriculum {
             omega_v_end: None,
             omega_e: None,
             omega_e_end: None,
+            energy_command_divisor: None,
             omega_l: None,
+            c3: None,
             omega_s: None,
             start_speed_m_per_s: None,
             focus_share: None,
@@ -152,6 +160,10 @@ impl Curriculum {
                     },
                     reward: RewardParameters {
                         omega_e: omega_e + progress * (omega_e_end - omega_e),
+                        energy_command_divisor: phase
+                            .energy_command_divisor
+                            .unwrap_or(reward.energy_command_divisor),
+                        c3: phase.c3.unwrap_or(reward.c3),
                         omega_l: phase.omega_l.unwrap_or(reward.omega_l),
                         omega_s: phase.omega_s.unwrap_or(reward.omega_s),
                         ..reward.clone()
@@ -215,7 +227,9 @@ impl Curriculum {
             for (name, value) in [
                 ("omega_e", p.omega_e),
                 ("omega_e_end", p.omega_e_end),
+                ("energy_command_divisor", p.energy_command_divisor),
                 ("omega_l", p.omega_l),
+                ("c3", p.c3),
                 ("omega_s", p.omega_s),
                 ("redraw_interval_s", p.redraw_interval_s),
             ] {

@@ -46,6 +46,8 @@ fn a_phase_has_its_own_weights_and_that_of_energy_moves_linearly() {
     c.phases[0].omega_e = Some(0.2);
     c.phases[0].omega_e_end = Some(0.6);
     c.phases[0].omega_l = Some(0.5);
+    c.phases[0].c3 = Some(2.0);
+    c.phases[0].energy_command_divisor = Some(10.0);
     c.phases[0].redraw_interval_s = Some(2.0);
     c.phases[0].focus_share = Some(0.3);
     let at = |step| c.at(step, &RewardParameters::default()).reward.omega_e;
@@ -54,6 +56,8 @@ fn a_phase_has_its_own_weights_and_that_of_energy_moves_linearly() {
     assert!((at(1000) - 0.6).abs() < 1e-12);
     let s = c.at(0, &RewardParameters::default());
     assert_eq!(s.reward.omega_l, 0.5);
+    assert_eq!(s.reward.c3, 2.0);
+    assert_eq!(s.reward.energy_command_divisor, 10.0);
     assert_eq!(s.command.redraw_interval_s, 2.0);
     assert_eq!(s.command.focus_share, 0.3);
     assert_eq!(s.command.redraw_ramp_s, c.command.redraw_ramp_s);
