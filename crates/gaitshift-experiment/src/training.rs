@@ -15,7 +15,7 @@ use gaitshift_sac::{
 };
 use gaitshift_task::{
     ACTION_MIRROR, ACTION_SIZE, BatchState, EndReason, EnvironmentBatch, FinishedEpisode,
-    OBSERVATION_MIRROR, OBSERVATION_SIZE, PhaseSettings, RewardTerms, scale_observation,
+    OBSERVATION_MIRROR, OBSERVATION_SIZE, PhaseSettings, RewardTerms, observe, scale_observation,
 };
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -457,6 +457,7 @@ impl Training {
         for i in 0..count {
             let action = &b.actions[row(i, ACTION_SIZE)];
             let command = [f64::from(action[0]), f64::from(action[1])];
+            let held = self.batch.environments()[i].omega_v;
             let (outcome, finished) = self.batch.step(i, command, b.symmetry[i], settings);
             let diverged = outcome.ended == Some(EndReason::Diverged);
             b.valid[i] = !diverged;
@@ -464,9 +465,14 @@ impl Training {
             b.entropy_scales[i] = outcome.entropy_factor as f32;
             b.horizon_scales[i] = outcome.horizon_factor as f32;
             b.terminated[i] = outcome.ended.is_some_and(EndReason::is_termination);
-            b.truncated[i] = outcome.ended == Some(EndReason::TimeLimit);
+            // A command that changes within the episode cuts the transition off, and its value goes on
+            // under the old command: what is learned for a command is what it is worth when held, as in
+            // the paper, however often commands change.
+            let environment = &self.batch.environments()[i];
+            b.truncated[i] =
+                environment.omega_v != held || outcome.ended == Some(EndReason::TimeLimit);
             scale_observation(
-                &self.batch.environments()[i].observation(),
+                &observe(&environment.state, held),
                 &mut b.next_observations[row(i, OBSERVATION_SIZE)],
             );
             let recent = &mut self.counters.recent;
