@@ -27,6 +27,9 @@ pub struct Phase {
     /// Replaces `energy_command_divisor` during the phase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_command_divisor: Option<f64>,
+    /// Replaces `omega_e_floor` during the phase, per J.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub omega_e_floor: Option<f64>,
     /// Replaces `ω_l` during the phase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub omega_l: Option<f64>,
@@ -108,6 +111,7 @@ impl Default for Curriculum {
             omega_e: None,
             omega_e_end: None,
             energy_command_divisor: None,
+            omega_e_floor: None,
             omega_l: None,
             c3: None,
             omega_s: None,
@@ -163,6 +167,7 @@ impl Curriculum {
                         energy_command_divisor: phase
                             .energy_command_divisor
                             .unwrap_or(reward.energy_command_divisor),
+                        omega_e_floor: phase.omega_e_floor.unwrap_or(reward.omega_e_floor),
                         c3: phase.c3.unwrap_or(reward.c3),
                         omega_l: phase.omega_l.unwrap_or(reward.omega_l),
                         omega_s: phase.omega_s.unwrap_or(reward.omega_s),
@@ -228,6 +233,7 @@ impl Curriculum {
                 ("omega_e", p.omega_e),
                 ("omega_e_end", p.omega_e_end),
                 ("energy_command_divisor", p.energy_command_divisor),
+                ("omega_e_floor", p.omega_e_floor),
                 ("omega_l", p.omega_l),
                 ("c3", p.c3),
                 ("omega_s", p.omega_s),

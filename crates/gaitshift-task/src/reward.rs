@@ -28,9 +28,10 @@ pub struct RewardParameters {
     pub energy_command_divisor: f64,
     /// *Not in the paper.* The division above does not take `ω_E` below this, per J.
     pub omega_e_floor: f64,
-    /// *Not in the paper.* The energy term of one step does not go below minus this; 0 sets no bound,
-    /// which is the paper. Without one, braking from a run under a low command costs more than being
-    /// alive earns, so that falling pays; a bound below `C2` makes living always worth it.
+    /// *Not in the paper.* The energy term of one step does not go below minus this times
+    /// `1 + 2 max(ω_v, 0)`; 0 sets no bound, which is the paper. Without one, braking from a run under a
+    /// low command costs more than being alive earns, so that falling pays; a bound below `C2` makes
+    /// living always worth it.
     pub energy_cap: f64,
     /// *Open in the conference paper.* The whole reward is divided by `1 + k max(ω_v, 0)`; this is
     /// `k`. 0 is the conference paper, 1 the journal version.
@@ -145,7 +146,7 @@ impl RewardParameters {
         let divisor = 1.0 + self.energy_command_divisor * omega_v.max(0.0);
         let omega_e = (self.omega_e / divisor).max(self.omega_e_floor.min(self.omega_e));
         let cap = if self.energy_cap > 0.0 {
-            self.energy_cap
+            self.energy_cap * (1.0 + 2.0 * omega_v.max(0.0))
         } else {
             f64::INFINITY
         };

@@ -47,6 +47,7 @@ fn a_phase_has_its_own_weights_and_that_of_energy_moves_linearly() {
     c.phases[0].omega_e_end = Some(0.6);
     c.phases[0].omega_l = Some(0.5);
     c.phases[0].c3 = Some(2.0);
+    c.phases[0].omega_e_floor = Some(0.1);
     c.phases[0].energy_command_divisor = Some(10.0);
     c.phases[0].redraw_interval_s = Some(2.0);
     c.phases[0].focus_share = Some(0.3);
@@ -57,6 +58,7 @@ fn a_phase_has_its_own_weights_and_that_of_energy_moves_linearly() {
     let s = c.at(0, &RewardParameters::default());
     assert_eq!(s.reward.omega_l, 0.5);
     assert_eq!(s.reward.c3, 2.0);
+    assert_eq!(s.reward.omega_e_floor, 0.1);
     assert_eq!(s.reward.energy_command_divisor, 10.0);
     assert_eq!(s.command.redraw_interval_s, 2.0);
     assert_eq!(s.command.focus_share, 0.3);

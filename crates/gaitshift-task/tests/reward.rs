@@ -64,9 +64,13 @@ fn energy_can_be_cheaper_at_high_commands() {
         energy_cap: 0.9,
         ..RewardParameters::default()
     };
-    let energy = |change_j| r.terms(&moving(0.0, 0.0, 0.0), change_j, 0.0, 0.005).energy;
-    assert!((energy(-4.0) + 0.8).abs() < 1e-15);
-    assert_eq!(energy(5.0), -0.9);
+    let energy = |change_j, omega_v| {
+        r.terms(&moving(0.0, 0.0, 0.0), change_j, omega_v, 0.005)
+            .energy
+    };
+    assert!((energy(-4.0, 0.0) + 0.8).abs() < 1e-15);
+    assert_eq!(energy(5.0, 0.0), -0.9);
+    assert_eq!(energy(20.0, 1.0), -0.9 * 3.0);
 }
 
 #[test]
