@@ -1,6 +1,6 @@
 //! Contract: the same configuration and seed give the same bits whatever the number of threads; a
-//! resumed run equals an uninterrupted one, controller and logs; a controller file needs nothing else
-//! and broken ones are refused; nothing overwrites an existing run.
+//! resumed run equals an uninterrupted one, controller and logs; values are those of a command
+//! when held; a controller file needs nothing else and broken ones are refused; nothing overwrites an existing run.
 
 use gaitshift_experiment::{
     Control, Controller, Deterministic, Experiment, Judgement, Observer, Progress, Training,
@@ -163,4 +163,39 @@ fn threads_and_interruptions_do_not_change_a_bit() {
     );
     let error = Training::resume(&at("nowhere")).unwrap_err().to_string();
     assert!(error.contains("config.toml"), "{error}");
+}
+
+#[test]
+fn a_changing_command_cuts_transitions_off_and_keeps_to_its_value() {
+    const COMMAND: usize = 13;
+    const STREAMS: usize = 4;
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("run");
+    let mut experiment = tiny(1);
+    experiment.curriculum.command.redraw_interval_s = 0.1;
+    Training::new(experiment, &folder, "test")
+        .unwrap()
+        .run(&mut StopAt(Some(2500), 0, 0))
+        .unwrap();
+    let bytes = file(&folder, "checkpoint/replay.safetensors");
+    let replay = safetensors::SafeTensors::deserialize(&bytes).unwrap();
+    let commands = |name: &str| -> Vec<f32> {
+        let data = replay.tensor(name).unwrap().data();
+        let floats: Vec<f32> = data
+            .chunks_exact(4)
+            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+            .collect();
+        floats.chunks_exact(14).map(|o| o[COMMAND]).collect()
+    };
+    let (now, next) = (commands("observations"), commands("next_observations"));
+    let flags = replay.tensor("flags").unwrap().data();
+    assert_eq!(now, next);
+    let mut changes = 0;
+    for slot in 0..now.len() - STREAMS {
+        if now[slot + STREAMS] != now[slot] {
+            assert_ne!(flags[slot] & 0b11, 0, "slot {slot} goes on");
+            changes += 1;
+        }
+    }
+    assert!(changes > 100, "{changes}");
 }
