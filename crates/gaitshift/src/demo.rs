@@ -17,9 +17,9 @@ const STRIDE_AT_S: f64 = 15.0;
 /// Time left out of the figures of steady motions, in s.
 const SETTLING_S: f64 = 5.0;
 /// The animation: when the command begins to rise and to fall, its end and where it is shown from, in s.
-const RUN_AT_S: f64 = 7.0;
-const WALK_AT_S: f64 = 12.0;
-const ROUND_TRIP_S: f64 = 18.0;
+const RUN_AT_S: f64 = 6.5;
+const WALK_AT_S: f64 = 11.9;
+const ROUND_TRIP_S: f64 = 17.9;
 const SHOWN_FROM_S: f64 = 4.0;
 /// Poses of a stride.
 const POSES: usize = 12;
@@ -109,6 +109,12 @@ fn write_round_trip(
         .then_ramp(run, RUN_AT_S, criteria.ramp_s)
         .then_ramp(walk, WALK_AT_S, criteria.ramp_s);
     let recording = subject.record(&profile, ROUND_TRIP_S)?;
+    let shown_s = recording.duration_s();
+    if shown_s < ROUND_TRIP_S - 0.1 {
+        output::note(&format!(
+            "the animation ends at {shown_s:.1} s of {ROUND_TRIP_S} s, in a fall"
+        ));
+    }
     let options = AnimationOptions {
         fps: 20.0,
         // The start is left out, unless a fall leaves nothing else to show.
