@@ -53,9 +53,10 @@ fn without_json_it_writes_the_figure_and_the_recording() {
     let recording = Recording::read_csv(place.path("out/transition/recording.csv")).unwrap();
     let times = recording.column(column::TIME_S);
     let commands = recording.column(column::OMEGA_V);
+    let period_s = times[1] - times[0];
     for (&time_s, &command) in times.iter().zip(commands).skip(1) {
         // A row holds the command of the period that ends there.
-        let expected = 3.0 * ((time_s - 0.005 - 0.3) / 0.2).clamp(0.0, 1.0);
+        let expected = 3.0 * ((time_s - period_s - 0.3) / 0.2).clamp(0.0, 1.0);
         assert!((command - expected).abs() < 1e-9, "{command} at {time_s} s");
     }
 }
