@@ -47,7 +47,7 @@ fn the_time_limit_is_a_truncation() {
     task.termination.time_limit_s = 0.1;
     let start = Environment::default_start(&body(), &task);
     let (ended, periods) = run(&task, start, [0.4, 0.4]);
-    assert_eq!((ended, periods), (EndReason::TimeLimit, 20));
+    assert_eq!((ended, periods), (EndReason::TimeLimit, 10));
     assert!(!ended.is_termination());
 }
 
