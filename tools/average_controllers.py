@@ -3,7 +3,7 @@
 
     tools/average_controllers.py OUT.safetensors A.safetensors B.safetensors ...
 
-The evaluations of a run swing; the mean of neighbouring controllers is often steadier than each of them.
+The evaluations of a run swing; the mean of neighbouring controllers can be steadier than each of them.
 Everything but the weights (task, body, provenance) is taken from the last file named.
 """
 

@@ -5,6 +5,7 @@
 use gaitshift_experiment::{
     Control, Controller, Deterministic, Experiment, Judgement, Observer, Progress, Training,
 };
+use gaitshift_task::OBSERVATION_SIZE;
 use std::path::Path;
 
 /// A run of some 6000 steps that passes through two phases, an evaluation and checkpoints.
@@ -167,7 +168,6 @@ fn threads_and_interruptions_do_not_change_a_bit() {
 
 #[test]
 fn a_changing_command_cuts_transitions_off_and_keeps_to_its_value() {
-    const COMMAND: usize = 13;
     const STREAMS: usize = 4;
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("run");
@@ -185,7 +185,10 @@ fn a_changing_command_cuts_transitions_off_and_keeps_to_its_value() {
             .chunks_exact(4)
             .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
             .collect();
-        floats.chunks_exact(14).map(|o| o[COMMAND]).collect()
+        floats
+            .chunks_exact(OBSERVATION_SIZE)
+            .map(|o| o[OBSERVATION_SIZE - 1])
+            .collect()
     };
     let (now, next) = (commands("observations"), commands("next_observations"));
     let flags = replay.tensor("flags").unwrap().data();

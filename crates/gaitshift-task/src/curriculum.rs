@@ -6,7 +6,7 @@ use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
 /// One phase of training. Everything optional stays as the task has it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Phase {
     /// Name, for logs.
@@ -107,17 +107,7 @@ impl Default for Curriculum {
             name: name.to_owned(),
             steps,
             omega_v,
-            omega_v_end: None,
-            omega_e: None,
-            omega_e_end: None,
-            energy_command_divisor: None,
-            omega_e_floor: None,
-            omega_l: None,
-            c3: None,
-            omega_s: None,
-            start_speed_m_per_s: None,
-            focus_share: None,
-            redraw_interval_s: None,
+            ..Phase::default()
         };
         Self {
             command: CommandDraw::default(),

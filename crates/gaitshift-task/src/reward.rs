@@ -115,17 +115,17 @@ impl RewardTerms {
 impl RewardParameters {
     /// The factor of the reward at a command: `scale / (1 + k max(ω_v, 0))`.
     pub fn factor(&self, omega_v: f64) -> f64 {
-        self.scale / (1.0 + self.command_divisor * omega_v.max(0.0))
+        self.scale / command_scale(self.command_divisor, omega_v)
     }
 
     /// The factor of the entropy bonus at a command, likewise.
     pub fn entropy_factor(&self, omega_v: f64) -> f64 {
-        self.scale / (1.0 + self.entropy_command_divisor * omega_v.max(0.0))
+        self.scale / command_scale(self.entropy_command_divisor, omega_v)
     }
 
     /// The factor of the horizon at a command, above 0 and at most 1.
     pub fn horizon_factor(&self, omega_v: f64) -> f64 {
-        let share = 1.0 / (1.0 + self.horizon_command_divisor * omega_v.max(0.0));
+        let share = 1.0 / command_scale(self.horizon_command_divisor, omega_v);
         share.max(self.horizon_share_floor.min(1.0))
     }
 
@@ -143,10 +143,10 @@ impl RewardParameters {
         } else {
             1.0
         };
-        let divisor = 1.0 + self.energy_command_divisor * omega_v.max(0.0);
+        let divisor = command_scale(self.energy_command_divisor, omega_v);
         let omega_e = (self.omega_e / divisor).max(self.omega_e_floor.min(self.omega_e));
         let cap = if self.energy_cap > 0.0 {
-            self.energy_cap * (1.0 + 2.0 * omega_v.max(0.0))
+            self.energy_cap * command_scale(2.0, omega_v)
         } else {
             f64::INFINITY
         };
@@ -173,4 +173,9 @@ impl RewardParameters {
             .sum();
         -self.omega_s * square
     }
+}
+
+/// How terms grow or shrink with the command: `1 + k max(ω_v, 0)`.
+fn command_scale(k: f64, omega_v: f64) -> f64 {
+    1.0 + k * omega_v.max(0.0)
 }
