@@ -147,6 +147,7 @@ impl Rollout<'_> {
             terms.forward,
             terms.alive,
             terms.leg,
+            terms.friction,
         ]);
     }
 }

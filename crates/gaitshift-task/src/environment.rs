@@ -132,6 +132,7 @@ impl Environment {
         command: [f64; 2],
     ) -> StepOutcome {
         let steps = task.steps_per_period(body.parameters());
+        let friction_before_j = self.account.friction;
         let report = body.advance(&mut self.state, command, steps, &mut self.account);
         self.periods += 1;
         let factor = reward.factor(self.omega_v);
@@ -150,7 +151,13 @@ impl Environment {
         let energy_j = body.energy(&self.state).total();
         let change = energy_j - self.energy_j;
         self.energy_j = energy_j;
-        let terms = reward.terms(&self.state, change, self.omega_v, task.control_period_s);
+        let terms = reward.terms(
+            &self.state,
+            change,
+            self.account.friction - friction_before_j,
+            self.omega_v,
+            task.control_period_s,
+        );
         let rule = &task.termination;
         let ended = if self.state.theta.abs() > rule.pitch_limit_rad {
             Some(EndReason::Pitch)

@@ -198,6 +198,8 @@ impl TaskParameters {
             ),
             ("task.reward.omega_e_floor", r.omega_e_floor),
             ("task.reward.energy_cap", r.energy_cap),
+            ("task.reward.omega_f", r.omega_f),
+            ("task.reward.speed_limit_m_per_s", r.speed_limit_m_per_s),
             ("task.reward.command_divisor", r.command_divisor),
             (
                 "task.reward.entropy_command_divisor",

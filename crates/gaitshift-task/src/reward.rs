@@ -33,6 +33,12 @@ pub struct RewardParameters {
     /// low command costs more than being alive earns, so that falling pays; a bound below `C2` makes
     /// living always worth it.
     pub energy_cap: f64,
+    /// *Not in the paper.* Price of the energy lost to friction under the feet, per J; 0 is the paper.
+    /// A foot that rolls loses none, one that grazes the ground while it swings does.
+    pub omega_f: f64,
+    /// *Not in the paper.* Speed above which `ω_v ẋ` pays no more, in m/s; 0 sets no limit, which is the
+    /// paper. Without one, a learner free to run faster at `ω_v = 3` does, until it falls.
+    pub speed_limit_m_per_s: f64,
     /// *Open in the conference paper.* The whole reward is divided by `1 + k max(ω_v, 0)`; this is
     /// `k`. 0 is the conference paper, 1 the journal version.
     pub command_divisor: f64,
@@ -63,6 +69,8 @@ impl Default for RewardParameters {
             energy_command_divisor: 0.0,
             omega_e_floor: 0.0,
             energy_cap: 0.0,
+            omega_f: 0.0,
+            speed_limit_m_per_s: 0.0,
             command_divisor: 0.0,
             entropy_command_divisor: 0.0,
             horizon_command_divisor: 0.0,
@@ -85,23 +93,27 @@ pub struct RewardTerms {
     pub alive: f64,
     /// `ω_l f_leg`, (6).
     pub leg: f64,
+    /// The price of friction, not in the paper.
+    pub friction: f64,
     /// `ω_s f_sym`, (7); zero unless the learner supplies it.
     pub symmetry: f64,
 }
 
 impl RewardTerms {
     /// Names in the order of [`RewardTerms::values`].
-    pub const NAMES: [&'static str; 6] =
-        ["energy", "velocity", "forward", "alive", "leg", "symmetry"];
+    pub const NAMES: [&'static str; 7] = [
+        "energy", "velocity", "forward", "alive", "leg", "friction", "symmetry",
+    ];
 
     /// The terms in the order of [`RewardTerms::NAMES`].
-    pub fn values(&self) -> [f64; 6] {
+    pub fn values(&self) -> [f64; 7] {
         [
             self.energy,
             self.velocity,
             self.forward,
             self.alive,
             self.leg,
+            self.friction,
             self.symmetry,
         ]
     }
@@ -129,12 +141,13 @@ impl RewardParameters {
         share.max(self.horizon_share_floor.min(1.0))
     }
 
-    /// Terms of the step that ended in `state` and changed the total energy by `energy_change_j`.
-    /// The symmetry term is left at zero.
+    /// Terms of the step that ended in `state`, changed the total energy by `energy_change_j` and lost
+    /// `friction_loss_j` to friction. The symmetry term is left at zero.
     pub fn terms(
         &self,
         state: &BodyState,
         energy_change_j: f64,
+        friction_loss_j: f64,
         omega_v: f64,
         control_period_s: f64,
     ) -> RewardTerms {
@@ -150,15 +163,21 @@ impl RewardParameters {
         } else {
             f64::INFINITY
         };
+        let paid_speed = if self.speed_limit_m_per_s > 0.0 {
+            state.x_dot.min(self.speed_limit_m_per_s)
+        } else {
+            state.x_dot
+        };
         RewardTerms {
             energy: -(omega_e * energy_change_j.abs() * rescale).min(cap),
-            velocity: omega_v * state.x_dot,
+            velocity: omega_v * paid_speed,
             forward: if state.x_dot >= 0.0 { 0.0 } else { -self.c1 },
             alive: self.c2,
             leg: self.omega_l
                 * (state.phi_dot(RIGHT) - state.phi_dot(LEFT))
                     .abs()
                     .min(self.c3),
+            friction: -self.omega_f * friction_loss_j * rescale,
             symmetry: 0.0,
         }
     }

@@ -18,7 +18,7 @@ fn moving(x_dot: f64, right: f64, left: f64) -> BodyState {
 #[test]
 fn terms_follow_the_paper() {
     let r = RewardParameters::default();
-    let t = r.terms(&moving(1.5, 0.2, -0.1), -4.0, 2.0, 0.005);
+    let t = r.terms(&moving(1.5, 0.2, -0.1), -4.0, 0.0, 2.0, 0.005);
     assert_eq!(t.energy, -0.2 * 4.0);
     assert_eq!(t.velocity, 2.0 * 1.5);
     assert_eq!(t.forward, 0.0);
@@ -30,7 +30,7 @@ fn terms_follow_the_paper() {
 #[test]
 fn backward_motion_costs_c1_and_the_leg_term_is_capped() {
     let r = RewardParameters::default();
-    let t = r.terms(&moving(-0.01, 3.0, -2.0), 0.0, 0.0, 0.005);
+    let t = r.terms(&moving(-0.01, 3.0, -2.0), 0.0, 0.0, 0.0, 0.005);
     assert_eq!(t.forward, -1.0);
     assert_eq!(t.leg, 0.2 * 0.5);
 }
@@ -41,7 +41,7 @@ fn energy_change_can_be_rescaled_to_a_reference_period() {
         energy_reference_period_s: 0.01,
         ..RewardParameters::default()
     };
-    let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 0.0, 0.005);
+    let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 0.0, 0.0, 0.005);
     assert!((t.energy + 0.2 * 3.0).abs() < 1e-15);
 }
 
@@ -51,26 +51,45 @@ fn energy_can_be_cheaper_at_high_commands() {
         energy_command_divisor: 3.0,
         ..RewardParameters::default()
     };
-    let energy = |omega_v| r.terms(&moving(0.0, 0.0, 0.0), 1.5, omega_v, 0.005).energy;
+    let energy = |omega_v| {
+        r.terms(&moving(0.0, 0.0, 0.0), 1.5, 0.0, omega_v, 0.005)
+            .energy
+    };
     assert_eq!(energy(-0.5), -0.2 * 1.5);
     assert!((energy(3.0) + 0.02 * 1.5).abs() < 1e-15);
     let r = RewardParameters {
         omega_e_floor: 0.05,
         ..r.clone()
     };
-    let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 3.0, 0.005);
+    let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 0.0, 3.0, 0.005);
     assert!((t.energy + 0.05 * 1.5).abs() < 1e-15);
     let r = RewardParameters {
         energy_cap: 0.9,
         ..RewardParameters::default()
     };
     let energy = |change_j, omega_v| {
-        r.terms(&moving(0.0, 0.0, 0.0), change_j, omega_v, 0.005)
+        r.terms(&moving(0.0, 0.0, 0.0), change_j, 0.0, omega_v, 0.005)
             .energy
     };
     assert!((energy(-4.0, 0.0) + 0.8).abs() < 1e-15);
     assert_eq!(energy(5.0, 0.0), -0.9);
     assert_eq!(energy(20.0, 1.0), -0.9 * 3.0);
+}
+
+#[test]
+fn friction_has_a_price_and_speed_pays_up_to_a_limit() {
+    let paper = RewardParameters::default();
+    let t = paper.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 3.0, 0.01);
+    assert_eq!((t.friction, t.velocity), (0.0, 12.0));
+    let r = RewardParameters {
+        omega_f: 2.0,
+        speed_limit_m_per_s: 2.5,
+        ..paper
+    };
+    let t = r.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 3.0, 0.01);
+    assert_eq!((t.friction, t.velocity), (-1.0, 7.5));
+    let t = r.terms(&moving(2.0, 0.0, 0.0), 0.0, 0.5, -0.5, 0.01);
+    assert_eq!(t.velocity, -1.0);
 }
 
 #[test]
