@@ -1,7 +1,7 @@
 //! The curriculum as data: phases with their lengths, ranges of the command and changed weights.
 
 use crate::parameters::require;
-use crate::{RewardParameters, TaskError};
+use crate::{RewardOverrides, RewardParameters, TaskError};
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
@@ -18,27 +18,12 @@ pub struct Phase {
     /// Range at its end; between the two the range moves linearly. Default: the same range.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub omega_v_end: Option<[f64; 2]>,
-    /// Replaces `ω_E` during the phase.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub omega_e: Option<f64>,
-    /// `ω_E` at the end of the phase; between the two it moves linearly. Default: the same.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub omega_e_end: Option<f64>,
-    /// Replaces `energy_command_divisor` during the phase.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub energy_command_divisor: Option<f64>,
-    /// Replaces `omega_e_floor` during the phase, per J.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub omega_e_floor: Option<f64>,
-    /// Replaces `ω_l` during the phase.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub omega_l: Option<f64>,
-    /// Replaces `C3` during the phase, in rad/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub c3: Option<f64>,
-    /// Replaces `ω_s` during the phase.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub omega_s: Option<f64>,
+    /// Keys of the reward that the phase replaces.
+    #[serde(default, skip_serializing_if = "RewardOverrides::is_empty")]
+    pub reward: RewardOverrides,
+    /// Keys of the reward that move linearly during the phase, and where to.
+    #[serde(default, skip_serializing_if = "RewardOverrides::is_empty")]
+    pub reward_end: RewardOverrides,
     /// Replaces the start's speed by one drawn uniformly from this range, in m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_speed_m_per_s: Option<[f64; 2]>,
@@ -109,12 +94,12 @@ impl Default for Curriculum {
             omega_v,
             ..Phase::default()
         };
+        let relaxed = RewardOverrides::from([("omega_e", 0.06), ("omega_s", 0.0)]);
         Self {
             command: CommandDraw::default(),
             phases: vec![
                 Phase {
-                    omega_e: Some(0.06),
-                    omega_s: Some(0.0),
+                    reward: relaxed,
                     ..phase("I, relaxed", 500_000, [-0.2, 0.2])
                 },
                 phase("I", 4_000_000, [-0.2, 0.2]),
@@ -140,8 +125,9 @@ impl Curriculum {
                 let progress = ((step - start) as f64 / phase.steps.max(1) as f64).clamp(0.0, 1.0);
                 let end = phase.omega_v_end.unwrap_or(phase.omega_v);
                 let mix = |k: usize| phase.omega_v[k] + progress * (end[k] - phase.omega_v[k]);
-                let omega_e = phase.omega_e.unwrap_or(reward.omega_e);
-                let omega_e_end = phase.omega_e_end.unwrap_or(omega_e);
+                let mut reward = reward.clone();
+                phase.reward.blend_into(&mut reward, 1.0);
+                phase.reward_end.blend_into(&mut reward, progress);
                 return PhaseSettings {
                     index,
                     omega_v: [mix(0), mix(1)],
@@ -152,17 +138,7 @@ impl Curriculum {
                             .unwrap_or(self.command.redraw_interval_s),
                         ..self.command.clone()
                     },
-                    reward: RewardParameters {
-                        omega_e: omega_e + progress * (omega_e_end - omega_e),
-                        energy_command_divisor: phase
-                            .energy_command_divisor
-                            .unwrap_or(reward.energy_command_divisor),
-                        omega_e_floor: phase.omega_e_floor.unwrap_or(reward.omega_e_floor),
-                        c3: phase.c3.unwrap_or(reward.c3),
-                        omega_l: phase.omega_l.unwrap_or(reward.omega_l),
-                        omega_s: phase.omega_s.unwrap_or(reward.omega_s),
-                        ..reward.clone()
-                    },
+                    reward,
                     start_speed_m_per_s: phase.start_speed_m_per_s,
                 };
             }
@@ -219,19 +195,14 @@ impl Curriculum {
             if let Some(r) = p.start_speed_m_per_s {
                 require(ordered(r), &key("start_speed_m_per_s"), r, range)?;
             }
-            for (name, value) in [
-                ("omega_e", p.omega_e),
-                ("omega_e_end", p.omega_e_end),
-                ("energy_command_divisor", p.energy_command_divisor),
-                ("omega_e_floor", p.omega_e_floor),
-                ("omega_l", p.omega_l),
-                ("c3", p.c3),
-                ("omega_s", p.omega_s),
-                ("redraw_interval_s", p.redraw_interval_s),
-            ] {
-                if let Some(v) = value {
-                    require(v.is_finite() && v >= 0.0, &key(name), v, "0 or greater")?;
+            for (table, overrides) in [("reward", &p.reward), ("reward_end", &p.reward_end)] {
+                for (name, v) in overrides.iter() {
+                    RewardParameters::check(&key(&format!("{table}.{name}")), name, v)?;
                 }
+            }
+            if let Some(v) = p.redraw_interval_s {
+                let key = key("redraw_interval_s");
+                require(v.is_finite() && v >= 0.0, &key, v, "0 or greater")?;
             }
             if let Some(share) = p.focus_share {
                 let key = key("focus_share");

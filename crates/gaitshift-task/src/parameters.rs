@@ -182,44 +182,13 @@ impl TaskParameters {
                 s.speed_variation_m_per_s,
             ),
             ("task.start.drop_variation_m", s.drop_variation_m),
-            ("task.reward.omega_e", r.omega_e),
-            ("task.reward.omega_l", r.omega_l),
-            ("task.reward.omega_s", r.omega_s),
-            ("task.reward.c1", r.c1),
-            ("task.reward.c2", r.c2),
-            ("task.reward.c3", r.c3),
-            (
-                "task.reward.energy_reference_period_s",
-                r.energy_reference_period_s,
-            ),
-            (
-                "task.reward.energy_command_divisor",
-                r.energy_command_divisor,
-            ),
-            ("task.reward.omega_e_floor", r.omega_e_floor),
-            ("task.reward.energy_cap", r.energy_cap),
-            ("task.reward.omega_f", r.omega_f),
-            ("task.reward.speed_limit_m_per_s", r.speed_limit_m_per_s),
-            ("task.reward.command_divisor", r.command_divisor),
-            (
-                "task.reward.entropy_command_divisor",
-                r.entropy_command_divisor,
-            ),
-            (
-                "task.reward.horizon_command_divisor",
-                r.horizon_command_divisor,
-            ),
-            ("task.reward.horizon_share_floor", r.horizon_share_floor),
         ];
         for (key, value) in not_negatives {
             require(not_negative(value), key, value, "0 or greater")?;
         }
-        require(
-            positive(r.scale),
-            "task.reward.scale",
-            r.scale,
-            "greater than 0",
-        )?;
+        for (key, value) in RewardParameters::KEYS.iter().zip(r.values()) {
+            RewardParameters::check(&format!("task.reward.{key}"), key, value)?;
+        }
         require(
             positive(t.pitch_limit_rad),
             "task.termination.pitch_limit_rad",

@@ -1,59 +1,90 @@
 //! The reward (2)-(7) of the paper, term by term.
 
+use crate::TaskError;
+use crate::parameters::require;
 use gaitshift_body::{BodyState, LEFT, RIGHT};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
-/// Weights and constants of the reward; defaults are Table 2 of the paper.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct RewardParameters {
+/// Declares the reward's parameters and, from the same list, their access by key, which phases of the
+/// curriculum use to replace some of them.
+macro_rules! reward_parameters {
+    ($($(#[$doc:meta])* $name:ident,)*) => {
+        /// Weights and constants of the reward; defaults are Table 2 of the paper.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct RewardParameters {
+            $($(#[$doc])* pub $name: f64,)*
+        }
+
+        impl RewardParameters {
+            /// The keys, in the order of the fields.
+            pub const KEYS: &'static [&'static str] = &[$(stringify!($name)),*];
+
+            /// The values, in the order of [`RewardParameters::KEYS`].
+            pub fn values(&self) -> Vec<f64> {
+                vec![$(self.$name),*]
+            }
+
+            /// The value of a key, to change it; none if there is no such key.
+            pub fn get_mut(&mut self, key: &str) -> Option<&mut f64> {
+                match key {
+                    $(stringify!($name) => Some(&mut self.$name),)*
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+reward_parameters! {
     /// Weight `ω_E` of the energy change |ΔE|, per J.
-    pub omega_e: f64,
+    omega_e,
     /// Weight `ω_l` of the leg term (6).
-    pub omega_l: f64,
+    omega_l,
     /// Weight `ω_s` of the symmetry term (7).
-    pub omega_s: f64,
+    omega_s,
     /// `C1` of (3): penalty while moving backwards.
-    pub c1: f64,
+    c1,
     /// `C2` of (4): reward for not having fallen.
-    pub c2: f64,
+    c2,
     /// `C3` of (6): cap of the difference of the hip angles' rates, in rad/s.
-    pub c3: f64,
+    c3,
     /// *Open.* |ΔE| is the change over one control period and so grows with it, while the other
     /// terms do not. A value above 0 rescales |ΔE| to a period of that many seconds.
-    pub energy_reference_period_s: f64,
+    energy_reference_period_s,
     /// *Not in the paper.* `ω_E` itself is divided by `1 + k max(ω_v, 0)`; this is `k`. 0 is the paper.
     /// Above 0, energy is dear at low commands, which makes the walk slow and pendular, and cheap at
     /// high ones, where dear energy keeps the learner from ever trying a flight phase.
-    pub energy_command_divisor: f64,
+    energy_command_divisor,
     /// *Not in the paper.* The division above does not take `ω_E` below this, per J.
-    pub omega_e_floor: f64,
+    omega_e_floor,
     /// *Not in the paper.* The energy term of one step does not go below minus this times
     /// `1 + 2 max(ω_v, 0)`; 0 sets no bound, which is the paper. Without one, braking from a run under a
     /// low command costs more than being alive earns, so that falling pays; a bound below `C2` makes
     /// living always worth it.
-    pub energy_cap: f64,
+    energy_cap,
     /// *Not in the paper.* Price of the energy lost to friction under the feet, per J; 0 is the paper.
     /// A foot that rolls loses none, one that grazes the ground while it swings does.
-    pub omega_f: f64,
+    omega_f,
     /// *Not in the paper.* Speed above which `ω_v ẋ` pays no more, in m/s; 0 sets no limit, which is the
     /// paper. Without one, a learner free to run faster at `ω_v = 3` does, until it falls.
-    pub speed_limit_m_per_s: f64,
+    speed_limit_m_per_s,
     /// *Open in the conference paper.* The whole reward is divided by `1 + k max(ω_v, 0)`; this is
     /// `k`. 0 is the conference paper, 1 the journal version.
-    pub command_divisor: f64,
+    command_divisor,
     /// *Open.* The entropy bonus is divided by `1 + k max(ω_v, 0)`; this is `k`. Equal to
     /// `command_divisor` it keeps each command's optimum; smaller, it asks for more exploration at
     /// high commands. 0 is the conference paper, and the journal version as far as it says.
-    pub entropy_command_divisor: f64,
+    entropy_command_divisor,
     /// *Not in the paper.* The horizon 1 / (1 - γ) of a step is divided by `1 + k max(ω_v, 0)`; this is
     /// `k`. 0 is the paper. Above 0, fast commands look less far ahead, which is what lets the learner
     /// find flight, and slow ones far enough to see a fall coming.
-    pub horizon_command_divisor: f64,
+    horizon_command_divisor,
     /// *Not in the paper.* The division above leaves at least this share of the horizon.
-    pub horizon_share_floor: f64,
+    horizon_share_floor,
     /// Constant factor of the reward. It and the entropy bonus scale together, so the optimum stays.
-    pub scale: f64,
+    scale,
 }
 
 impl Default for RewardParameters {
@@ -76,6 +107,57 @@ impl Default for RewardParameters {
             horizon_command_divisor: 0.0,
             horizon_share_floor: 0.0,
             scale: 1.0,
+        }
+    }
+}
+
+/// Some of the reward's keys with the values that replace the task's, e.g. `{ omega_e = 0.06 }`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(try_from = "BTreeMap<String, f64>")]
+pub struct RewardOverrides(BTreeMap<String, f64>);
+
+impl TryFrom<BTreeMap<String, f64>> for RewardOverrides {
+    type Error = String;
+
+    fn try_from(values: BTreeMap<String, f64>) -> Result<Self, String> {
+        let known = RewardParameters::KEYS;
+        match values.keys().find(|key| !known.contains(&key.as_str())) {
+            None => Ok(Self(values)),
+            Some(key) => Err(format!(
+                "the reward has no key `{key}`; its keys are {}",
+                known.join(", ")
+            )),
+        }
+    }
+}
+
+impl<const N: usize> From<[(&'static str, f64); N]> for RewardOverrides {
+    fn from(values: [(&'static str, f64); N]) -> Self {
+        Self(values.map(|(key, value)| (key.to_owned(), value)).into())
+    }
+}
+
+impl RewardOverrides {
+    /// No key replaced.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The keys and their values.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.0.iter().map(|(key, value)| (key.as_str(), *value))
+    }
+
+    /// Moves each of the keys in `reward` a share of the way to its value here: 1 replaces it.
+    pub fn blend_into(&self, reward: &mut RewardParameters, share: f64) {
+        for (key, value) in self.iter() {
+            if let Some(current) = reward.get_mut(key) {
+                *current = if share < 1.0 {
+                    *current + share * (value - *current)
+                } else {
+                    value
+                };
+            }
         }
     }
 }
@@ -125,6 +207,15 @@ impl RewardTerms {
 }
 
 impl RewardParameters {
+    /// Checks a value of the parameter `name`, which the user knows as `key`.
+    pub(crate) fn check(key: &str, name: &str, value: f64) -> Result<(), TaskError> {
+        let (ok, accepted) = match name {
+            "scale" => (value > 0.0, "greater than 0"),
+            _ => (value >= 0.0, "0 or greater"),
+        };
+        require(ok && value.is_finite(), key, value, accepted)
+    }
+
     /// The factor of the reward at a command: `scale / (1 + k max(ω_v, 0))`.
     pub fn factor(&self, omega_v: f64) -> f64 {
         self.scale / command_scale(self.command_divisor, omega_v)

@@ -1,7 +1,7 @@
 //! Contract: the default curriculum is the paper's schedule; settings change exactly at the phases'
-//! boundaries; a widening range and a moving weight of energy move linearly; draws stay in range; bad values are named.
+//! boundaries; a widening range and moving weights move linearly; draws stay in range; bad values are named.
 
-use gaitshift_task::{CommandDraw, Curriculum, Phase, RewardParameters};
+use gaitshift_task::{CommandDraw, Curriculum, Phase, RewardOverrides, RewardParameters};
 use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -41,14 +41,15 @@ fn a_range_widens_linearly() {
 }
 
 #[test]
-fn a_phase_has_its_own_weights_and_that_of_energy_moves_linearly() {
+fn a_phase_has_its_own_weights_some_of_which_move_linearly() {
     let mut c = widening();
-    c.phases[0].omega_e = Some(0.2);
-    c.phases[0].omega_e_end = Some(0.6);
-    c.phases[0].omega_l = Some(0.5);
-    c.phases[0].c3 = Some(2.0);
-    c.phases[0].omega_e_floor = Some(0.1);
-    c.phases[0].energy_command_divisor = Some(10.0);
+    c.phases[0].reward = RewardOverrides::from([
+        ("omega_e", 0.2),
+        ("omega_l", 0.5),
+        ("omega_e_floor", 0.1),
+        ("energy_command_divisor", 10.0),
+    ]);
+    c.phases[0].reward_end = RewardOverrides::from([("omega_e", 0.6), ("c3", 1.5)]);
     c.phases[0].redraw_interval_s = Some(2.0);
     c.phases[0].focus_share = Some(0.3);
     let at = |step| c.at(step, &RewardParameters::default()).reward.omega_e;
@@ -57,7 +58,8 @@ fn a_phase_has_its_own_weights_and_that_of_energy_moves_linearly() {
     assert!((at(1000) - 0.6).abs() < 1e-12);
     let s = c.at(0, &RewardParameters::default());
     assert_eq!(s.reward.omega_l, 0.5);
-    assert_eq!(s.reward.c3, 2.0);
+    assert_eq!((s.reward.c3, s.reward.omega_s), (0.5, 0.15));
+    assert_eq!(c.at(50, &RewardParameters::default()).reward.c3, 1.0);
     assert_eq!(s.reward.omega_e_floor, 0.1);
     assert_eq!(s.reward.energy_command_divisor, 10.0);
     assert_eq!(s.command.redraw_interval_s, 2.0);
@@ -78,6 +80,13 @@ fn bad_values_are_named() {
         error.contains("curriculum.phases[0].focus_share"),
         "{error}"
     );
+    c.phases[0].focus_share = None;
+    c.phases[0].reward_end = RewardOverrides::from([("scale", 0.0)]);
+    let error = c.validate().unwrap_err().to_string();
+    assert!(error.contains("phases[0].reward_end.scale"), "{error}");
+    let error = toml::from_str::<RewardOverrides>("omega_x = 1.0").unwrap_err();
+    assert!(error.message().contains("`omega_x`"), "{error}");
+    assert!(error.message().contains("omega_e_floor"), "{error}");
     c.phases.clear();
     assert!(c.validate().unwrap_err().to_string().contains("phases"));
 }
