@@ -65,7 +65,8 @@ reward_parameters! {
     /// living always worth it.
     energy_cap,
     /// *Not in the paper.* Price of the energy lost to friction under the feet, per J; 0 is the paper.
-    /// A foot that rolls loses none, one that grazes the ground while it swings does.
+    /// A foot that rolls loses none, one that grazes the ground while it swings does. Divided by
+    /// `1 + energy_command_divisor max(ω_v, 0)`, as `ω_E` is.
     omega_f,
     /// *Not in the paper.* Speed above which `ω_v ẋ` pays no more, in m/s; 0 sets no limit, which is the
     /// paper. Without one, a learner free to run faster at `ω_v = 3` does, until it falls.
@@ -268,7 +269,7 @@ impl RewardParameters {
                 * (state.phi_dot(RIGHT) - state.phi_dot(LEFT))
                     .abs()
                     .min(self.c3),
-            friction: -self.omega_f * friction_loss_j * rescale,
+            friction: -self.omega_f / divisor * friction_loss_j * rescale,
             symmetry: 0.0,
         }
     }

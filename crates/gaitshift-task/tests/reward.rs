@@ -88,6 +88,12 @@ fn friction_has_a_price_and_speed_pays_up_to_a_limit() {
     };
     let t = r.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 3.0, 0.01);
     assert_eq!((t.friction, t.velocity), (-1.0, 7.5));
+    let cheaper = RewardParameters {
+        energy_command_divisor: 3.0,
+        ..r.clone()
+    };
+    let t = cheaper.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 1.0, 0.01);
+    assert_eq!(t.friction, -0.25);
     let t = r.terms(&moving(2.0, 0.0, 0.0), 0.0, 0.5, -0.5, 0.01);
     assert_eq!(t.velocity, -1.0);
 }
