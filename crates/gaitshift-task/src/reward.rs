@@ -59,8 +59,8 @@ reward_parameters! {
     energy_command_divisor,
     /// *Not in the paper.* The division above does not take `ω_E` below this, per J.
     omega_e_floor,
-    /// *Not in the paper.* The energy term of one step does not go below minus this times
-    /// `1 + 2 max(ω_v, 0)`; 0 sets no bound, which is the paper. Without one, braking from a run under a
+    /// *Not in the paper.* The energy term of one step, and the sum of it and the price of friction, do
+    /// not go below minus this times `1 + 2 max(ω_v, 0)`; 0 sets no bound, which is the paper. Without one, braking from a run under a
     /// low command costs more than being alive earns, so that falling pays; a bound below `C2` makes
     /// living always worth it.
     energy_cap,
@@ -260,8 +260,10 @@ impl RewardParameters {
         } else {
             state.x_dot
         };
+        let energy = (omega_e * energy_change_j.abs() * rescale).min(cap);
+        let friction = self.omega_f / divisor * friction_loss_j * rescale;
         RewardTerms {
-            energy: -(omega_e * energy_change_j.abs() * rescale).min(cap),
+            energy: -energy,
             velocity: omega_v * paid_speed,
             forward: if state.x_dot >= 0.0 { 0.0 } else { -self.c1 },
             alive: self.c2,
@@ -269,7 +271,7 @@ impl RewardParameters {
                 * (state.phi_dot(RIGHT) - state.phi_dot(LEFT))
                     .abs()
                     .min(self.c3),
-            friction: -self.omega_f / divisor * friction_loss_j * rescale,
+            friction: -friction.min(cap - energy),
             symmetry: 0.0,
         }
     }

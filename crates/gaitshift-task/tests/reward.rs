@@ -94,6 +94,12 @@ fn friction_has_a_price_and_speed_pays_up_to_a_limit() {
     };
     let t = cheaper.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 1.0, 0.01);
     assert_eq!(t.friction, -0.25);
+    let capped = RewardParameters {
+        energy_cap: 0.9,
+        ..r.clone()
+    };
+    let t = capped.terms(&moving(0.0, 0.0, 0.0), -4.0, 0.5, 0.0, 0.01);
+    assert!((t.energy + 0.8).abs() < 1e-15 && (t.friction + 0.1).abs() < 1e-15);
     let t = r.terms(&moving(2.0, 0.0, 0.0), 0.0, 0.5, -0.5, 0.01);
     assert_eq!(t.velocity, -1.0);
 }
