@@ -65,9 +65,11 @@ reward_parameters! {
     /// living always worth it.
     energy_cap,
     /// *Not in the paper.* Price of the energy lost to friction under the feet, per J; 0 is the paper.
-    /// A foot that rolls loses none, one that grazes the ground while it swings does. Divided by
-    /// `1 + energy_command_divisor max(ω_v, 0)`, as `ω_E` is.
+    /// A foot that rolls loses none, one that grazes the ground while it swings does.
     omega_f,
+    /// *Not in the paper.* `ω_f` is divided by `1 + k max(ω_v, 0)`; this is `k`. A run loses more to
+    /// friction than a walk, and at the walk's price it would not be found.
+    friction_command_divisor,
     /// *Not in the paper.* Speed above which `ω_v ẋ` pays no more, in m/s; 0 sets no limit, which is the
     /// paper. Without one, a learner free to run faster at `ω_v = 3` does, until it falls.
     speed_limit_m_per_s,
@@ -102,6 +104,7 @@ impl Default for RewardParameters {
             omega_e_floor: 0.0,
             energy_cap: 0.0,
             omega_f: 0.0,
+            friction_command_divisor: 0.0,
             speed_limit_m_per_s: 0.0,
             command_divisor: 0.0,
             entropy_command_divisor: 0.0,
@@ -261,7 +264,8 @@ impl RewardParameters {
             state.x_dot
         };
         let energy = (omega_e * energy_change_j.abs() * rescale).min(cap);
-        let friction = self.omega_f / divisor * friction_loss_j * rescale;
+        let omega_f = self.omega_f / command_scale(self.friction_command_divisor, omega_v);
+        let friction = omega_f * friction_loss_j * rescale;
         RewardTerms {
             energy: -energy,
             velocity: omega_v * paid_speed,

@@ -89,7 +89,7 @@ fn friction_has_a_price_and_speed_pays_up_to_a_limit() {
     let t = r.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 3.0, 0.01);
     assert_eq!((t.friction, t.velocity), (-1.0, 7.5));
     let cheaper = RewardParameters {
-        energy_command_divisor: 3.0,
+        friction_command_divisor: 3.0,
         ..r.clone()
     };
     let t = cheaper.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 1.0, 0.01);
