@@ -70,8 +70,9 @@ reward_parameters! {
     /// *Not in the paper.* `ω_f` is divided by `1 + k max(ω_v, 0)`; this is `k`. A run loses more to
     /// friction than a walk, and at the walk's price it would not be found.
     friction_command_divisor,
-    /// *Not in the paper.* Speed above which `ω_v ẋ` pays no more, in m/s; 0 sets no limit, which is the
-    /// paper. Without one, a learner free to run faster at `ω_v = 3` does, until it falls.
+    /// *Not in the paper.* Speed above which `ω_v ẋ` falls again as it rose below, in m/s; 0 sets no
+    /// limit, which is the paper. Without one, a learner free to run faster at `ω_v = 3` does, until it
+    /// falls.
     speed_limit_m_per_s,
     /// *Open in the conference paper.* The whole reward is divided by `1 + k max(ω_v, 0)`; this is
     /// `k`. 0 is the conference paper, 1 the journal version.
@@ -259,7 +260,7 @@ impl RewardParameters {
             f64::INFINITY
         };
         let paid_speed = if self.speed_limit_m_per_s > 0.0 {
-            state.x_dot.min(self.speed_limit_m_per_s)
+            self.speed_limit_m_per_s - (state.x_dot - self.speed_limit_m_per_s).abs()
         } else {
             state.x_dot
         };

@@ -77,7 +77,7 @@ fn energy_can_be_cheaper_at_high_commands() {
 }
 
 #[test]
-fn friction_has_a_price_and_speed_pays_up_to_a_limit() {
+fn friction_has_a_price_and_speed_pays_most_at_its_limit() {
     let paper = RewardParameters::default();
     let t = paper.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 3.0, 0.01);
     assert_eq!((t.friction, t.velocity), (0.0, 12.0));
@@ -87,7 +87,7 @@ fn friction_has_a_price_and_speed_pays_up_to_a_limit() {
         ..paper
     };
     let t = r.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 3.0, 0.01);
-    assert_eq!((t.friction, t.velocity), (-1.0, 7.5));
+    assert_eq!((t.friction, t.velocity), (-1.0, 3.0 * (2.5 - 1.5)));
     let cheaper = RewardParameters {
         friction_command_divisor: 3.0,
         ..r.clone()
