@@ -59,8 +59,8 @@ reward_parameters! {
     energy_command_divisor,
     /// *Not in the paper.* The division above does not take `ω_E` below this, per J.
     omega_e_floor,
-    /// *Not in the paper.* The energy term of one step, and the sum of it and the price of friction, do
-    /// not go below minus this times `1 + 2 max(ω_v, 0)`; 0 sets no bound, which is the paper. Without one, braking from a run under a
+    /// *Not in the paper.* The energy term of one step, and likewise the price of friction, does not go
+    /// below minus this times `1 + 2 max(ω_v, 0)`; 0 sets no bound, which is the paper. Without one, braking from a run under a
     /// low command costs more than being alive earns, so that falling pays; a bound below `C2` makes
     /// living always worth it.
     energy_cap,
@@ -276,7 +276,7 @@ impl RewardParameters {
                 * (state.phi_dot(RIGHT) - state.phi_dot(LEFT))
                     .abs()
                     .min(self.c3),
-            friction: -friction.min(cap - energy),
+            friction: -friction.min(cap),
             symmetry: 0.0,
         }
     }
