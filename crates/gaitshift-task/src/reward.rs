@@ -59,8 +59,11 @@ reward_parameters! {
     energy_command_divisor,
     /// *Not in the paper.* The division above does not take `ω_E` below this, per J.
     omega_e_floor,
+    /// *Not in the paper.* Nor below this times `max(ω_v, 0)`, per J. Energy then costs the same share of
+    /// what speed pays, in m/s per J, at every high command.
+    omega_e_per_command,
     /// *Not in the paper.* The energy term of one step, and likewise the price of friction, does not go
-    /// below minus this times `1 + 2 max(ω_v, 0)`; 0 sets no bound, which is the paper. Without one, braking from a run under a
+    /// below minus this times `1 + 4 max(ω_v, 0)`; 0 sets no bound, which is the paper. Without one, braking from a run under a
     /// low command costs more than being alive earns, so that falling pays; a bound below `C2` makes
     /// living always worth it.
     energy_cap,
@@ -103,6 +106,7 @@ impl Default for RewardParameters {
             energy_reference_period_s: 0.0,
             energy_command_divisor: 0.0,
             omega_e_floor: 0.0,
+            omega_e_per_command: 0.0,
             energy_cap: 0.0,
             omega_f: 0.0,
             friction_command_divisor: 0.0,
@@ -253,9 +257,11 @@ impl RewardParameters {
             1.0
         };
         let divisor = command_scale(self.energy_command_divisor, omega_v);
-        let omega_e = (self.omega_e / divisor).max(self.omega_e_floor.min(self.omega_e));
+        let omega_e = (self.omega_e / divisor)
+            .max(self.omega_e_floor.min(self.omega_e))
+            .max(self.omega_e_per_command * omega_v);
         let cap = if self.energy_cap > 0.0 {
-            self.energy_cap * command_scale(2.0, omega_v)
+            self.energy_cap * command_scale(4.0, omega_v)
         } else {
             f64::INFINITY
         };

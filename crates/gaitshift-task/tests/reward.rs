@@ -64,6 +64,12 @@ fn energy_can_be_cheaper_at_high_commands() {
     let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 0.0, 3.0, 0.005);
     assert!((t.energy + 0.05 * 1.5).abs() < 1e-15);
     let r = RewardParameters {
+        omega_e_per_command: 0.3,
+        ..r
+    };
+    let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 0.0, 3.0, 0.005);
+    assert!((t.energy + 0.9 * 1.5).abs() < 1e-15);
+    let r = RewardParameters {
         energy_cap: 0.9,
         ..RewardParameters::default()
     };
@@ -73,7 +79,7 @@ fn energy_can_be_cheaper_at_high_commands() {
     };
     assert!((energy(-4.0, 0.0) + 0.8).abs() < 1e-15);
     assert_eq!(energy(5.0, 0.0), -0.9);
-    assert_eq!(energy(20.0, 1.0), -0.9 * 3.0);
+    assert_eq!(energy(25.0, 1.0), -0.9 * 5.0);
 }
 
 #[test]
