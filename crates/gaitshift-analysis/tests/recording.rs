@@ -63,11 +63,11 @@ fn with_field(text: &str, line: usize, field: usize, value: &str) -> String {
 
 #[test]
 fn columns_are_those_of_the_format() {
-    assert_eq!(COLUMNS.len(), 51);
+    assert_eq!(COLUMNS.len(), 52);
     assert_eq!(COLUMNS[..3], ["time_s", "omega_v", "x_m"]);
     assert_eq!(column::RIGHT_PHI_RAD.name(), "right_phi_rad");
     assert_eq!(column::LEFT_NORMAL_FORCE_N.name(), "left_normal_force_n");
-    assert_eq!(column::REWARD_FRICTION.index(), 50);
+    assert_eq!(column::REWARD_WORK.index(), 51);
     for (index, name) in COLUMNS.iter().enumerate() {
         assert_eq!(Column::named(name).map(Column::index), Some(index));
     }
@@ -226,12 +226,12 @@ fn cut_files_say_so() {
         &["cut off", "line break", "record the motion again"],
     );
     assert!(matches!(ends, RecordingError::Truncated { .. }));
-    let fields = refusal(|text| cut(text, 30), &["line 13", "51"]);
+    let fields = refusal(|text| cut(text, 30), &["line 13", "52"]);
     assert!(matches!(
         fields,
         RecordingError::FieldCount {
             line: 13,
-            expected: 51,
+            expected: 52,
             ..
         }
     ));
@@ -270,7 +270,7 @@ fn missing_and_doubled_columns_are_named() {
     let doubled = refusal(
         |text| {
             text.replace('\n', ",0.0\n")
-                .replace("reward_friction,0.0", "reward_friction,z_m")
+                .replace("reward_work,0.0", "reward_work,z_m")
                 .replacen("},0.0", "}", 1)
         },
         &["line 2", "`z_m`", "twice"],
@@ -331,8 +331,8 @@ fn a_refused_row_leaves_the_recording_unchanged() {
     assert_eq!(
         recording.push_row(&row[1..]),
         Err(RowError::Width {
-            found: 50,
-            expected: 51
+            found: 51,
+            expected: 52
         })
     );
     row[7] = 0.0;

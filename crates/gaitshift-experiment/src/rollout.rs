@@ -148,6 +148,7 @@ impl Rollout<'_> {
             terms.alive,
             terms.leg,
             terms.friction,
+            terms.work,
         ]);
     }
 }

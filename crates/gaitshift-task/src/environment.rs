@@ -1,7 +1,7 @@
 //! Episodes: one environment, and a batch of them stepped together.
 
 use crate::observation::{OBSERVATION_SIZE, observe};
-use crate::{PhaseSettings, RewardParameters, RewardTerms, TaskParameters};
+use crate::{PhaseSettings, RewardParameters, RewardTerms, StepEnergies, TaskParameters};
 use gaitshift_body::{AdvanceReport, Body, BodyState, EnergyAccount, LEFT, RIGHT};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -132,7 +132,7 @@ impl Environment {
         command: [f64; 2],
     ) -> StepOutcome {
         let steps = task.steps_per_period(body.parameters());
-        let friction_before_j = self.account.friction;
+        let before = self.account;
         let report = body.advance(&mut self.state, command, steps, &mut self.account);
         self.periods += 1;
         let factor = reward.factor(self.omega_v);
@@ -151,13 +151,12 @@ impl Environment {
         let energy_j = body.energy(&self.state).total();
         let change = energy_j - self.energy_j;
         self.energy_j = energy_j;
-        let terms = reward.terms(
-            &self.state,
-            change,
-            self.account.friction - friction_before_j,
-            self.omega_v,
-            task.control_period_s,
-        );
+        let energies = StepEnergies {
+            change_j: change,
+            friction_loss_j: self.account.friction - before.friction,
+            positive_work_j: self.account.positive_work() - before.positive_work(),
+        };
+        let terms = reward.terms(&self.state, &energies, self.omega_v, task.control_period_s);
         let rule = &task.termination;
         let ended = if self.state.theta.abs() > rule.pitch_limit_rad {
             Some(EndReason::Pitch)

@@ -16,4 +16,4 @@ pub use observation::{
     OBSERVATION_SIZE, observe, scale_observation,
 };
 pub use parameters::{StartParameters, TaskError, TaskParameters, TerminationParameters};
-pub use reward::{RewardOverrides, RewardParameters, RewardTerms};
+pub use reward::{RewardOverrides, RewardParameters, RewardTerms, StepEnergies};

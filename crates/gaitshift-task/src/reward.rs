@@ -59,9 +59,10 @@ reward_parameters! {
     energy_command_divisor,
     /// *Not in the paper.* The division above does not take `ω_E` below this, per J.
     omega_e_floor,
-    /// *Not in the paper.* Nor below this times `max(ω_v, 0)`, per J. Energy then costs the same share of
-    /// what speed pays, in m/s per J, at every high command.
-    omega_e_per_command,
+    /// *Not in the paper.* Price of the actuators' positive work, the integral in (8), per J and unit of
+    /// `max(ω_v, 0)`: a run that covers the same way with less work is worth more. |ΔE| does not see work
+    /// that dampers take up at once.
+    omega_w,
     /// *Not in the paper.* The energy term of one step, and likewise the price of friction, does not go
     /// below minus this times `1 + 4 max(ω_v, 0)`; 0 sets no bound, which is the paper. Without one, braking from a run under a
     /// low command costs more than being alive earns, so that falling pays; a bound below `C2` makes
@@ -106,7 +107,7 @@ impl Default for RewardParameters {
             energy_reference_period_s: 0.0,
             energy_command_divisor: 0.0,
             omega_e_floor: 0.0,
-            omega_e_per_command: 0.0,
+            omega_w: 0.0,
             energy_cap: 0.0,
             omega_f: 0.0,
             friction_command_divisor: 0.0,
@@ -171,6 +172,17 @@ impl RewardOverrides {
     }
 }
 
+/// The energies of one step that the reward prices, in J.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StepEnergies {
+    /// Change of the body's total energy.
+    pub change_j: f64,
+    /// Lost to friction under the feet.
+    pub friction_loss_j: f64,
+    /// Positive work of both actuators.
+    pub positive_work_j: f64,
+}
+
 /// The weighted terms of one step's reward, before the common factor.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct RewardTerms {
@@ -186,18 +198,20 @@ pub struct RewardTerms {
     pub leg: f64,
     /// The price of friction, not in the paper.
     pub friction: f64,
+    /// The price of positive work, not in the paper.
+    pub work: f64,
     /// `ω_s f_sym`, (7); zero unless the learner supplies it.
     pub symmetry: f64,
 }
 
 impl RewardTerms {
     /// Names in the order of [`RewardTerms::values`].
-    pub const NAMES: [&'static str; 7] = [
-        "energy", "velocity", "forward", "alive", "leg", "friction", "symmetry",
+    pub const NAMES: [&'static str; 8] = [
+        "energy", "velocity", "forward", "alive", "leg", "friction", "work", "symmetry",
     ];
 
     /// The terms in the order of [`RewardTerms::NAMES`].
-    pub fn values(&self) -> [f64; 7] {
+    pub fn values(&self) -> [f64; 8] {
         [
             self.energy,
             self.velocity,
@@ -205,6 +219,7 @@ impl RewardTerms {
             self.alive,
             self.leg,
             self.friction,
+            self.work,
             self.symmetry,
         ]
     }
@@ -241,13 +256,11 @@ impl RewardParameters {
         share.max(self.horizon_share_floor.min(1.0))
     }
 
-    /// Terms of the step that ended in `state`, changed the total energy by `energy_change_j` and lost
-    /// `friction_loss_j` to friction. The symmetry term is left at zero.
+    /// Terms of the step that ended in `state`. The symmetry term is left at zero.
     pub fn terms(
         &self,
         state: &BodyState,
-        energy_change_j: f64,
-        friction_loss_j: f64,
+        energies: &StepEnergies,
         omega_v: f64,
         control_period_s: f64,
     ) -> RewardTerms {
@@ -257,9 +270,7 @@ impl RewardParameters {
             1.0
         };
         let divisor = command_scale(self.energy_command_divisor, omega_v);
-        let omega_e = (self.omega_e / divisor)
-            .max(self.omega_e_floor.min(self.omega_e))
-            .max(self.omega_e_per_command * omega_v);
+        let omega_e = (self.omega_e / divisor).max(self.omega_e_floor.min(self.omega_e));
         let cap = if self.energy_cap > 0.0 {
             self.energy_cap * command_scale(4.0, omega_v)
         } else {
@@ -270,9 +281,9 @@ impl RewardParameters {
         } else {
             state.x_dot
         };
-        let energy = (omega_e * energy_change_j.abs() * rescale).min(cap);
+        let energy = (omega_e * energies.change_j.abs() * rescale).min(cap);
         let omega_f = self.omega_f / command_scale(self.friction_command_divisor, omega_v);
-        let friction = omega_f * friction_loss_j * rescale;
+        let friction = omega_f * energies.friction_loss_j * rescale;
         RewardTerms {
             energy: -energy,
             velocity: omega_v * paid_speed,
@@ -283,6 +294,7 @@ impl RewardParameters {
                     .abs()
                     .min(self.c3),
             friction: -friction.min(cap),
+            work: -self.omega_w * omega_v.max(0.0) * energies.positive_work_j * rescale,
             symmetry: 0.0,
         }
     }

@@ -2,7 +2,7 @@
 //! weight, and the common factor divides by `1 + k max(ω_v, 0)`.
 
 use gaitshift_body::{BodyState, LEFT, RIGHT};
-use gaitshift_task::RewardParameters;
+use gaitshift_task::{RewardParameters, StepEnergies};
 
 fn moving(x_dot: f64, right: f64, left: f64) -> BodyState {
     let mut s = BodyState {
@@ -15,10 +15,18 @@ fn moving(x_dot: f64, right: f64, left: f64) -> BodyState {
     s
 }
 
+fn energies(change_j: f64, friction_loss_j: f64) -> StepEnergies {
+    StepEnergies {
+        change_j,
+        friction_loss_j,
+        positive_work_j: 0.7,
+    }
+}
+
 #[test]
 fn terms_follow_the_paper() {
     let r = RewardParameters::default();
-    let t = r.terms(&moving(1.5, 0.2, -0.1), -4.0, 0.0, 2.0, 0.005);
+    let t = r.terms(&moving(1.5, 0.2, -0.1), &energies(-4.0, 0.0), 2.0, 0.005);
     assert_eq!(t.energy, -0.2 * 4.0);
     assert_eq!(t.velocity, 2.0 * 1.5);
     assert_eq!(t.forward, 0.0);
@@ -30,7 +38,7 @@ fn terms_follow_the_paper() {
 #[test]
 fn backward_motion_costs_c1_and_the_leg_term_is_capped() {
     let r = RewardParameters::default();
-    let t = r.terms(&moving(-0.01, 3.0, -2.0), 0.0, 0.0, 0.0, 0.005);
+    let t = r.terms(&moving(-0.01, 3.0, -2.0), &energies(0.0, 0.0), 0.0, 0.005);
     assert_eq!(t.forward, -1.0);
     assert_eq!(t.leg, 0.2 * 0.5);
 }
@@ -41,7 +49,7 @@ fn energy_change_can_be_rescaled_to_a_reference_period() {
         energy_reference_period_s: 0.01,
         ..RewardParameters::default()
     };
-    let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 0.0, 0.0, 0.005);
+    let t = r.terms(&moving(0.0, 0.0, 0.0), &energies(1.5, 0.0), 0.0, 0.005);
     assert!((t.energy + 0.2 * 3.0).abs() < 1e-15);
 }
 
@@ -52,7 +60,7 @@ fn energy_can_be_cheaper_at_high_commands() {
         ..RewardParameters::default()
     };
     let energy = |omega_v| {
-        r.terms(&moving(0.0, 0.0, 0.0), 1.5, 0.0, omega_v, 0.005)
+        r.terms(&moving(0.0, 0.0, 0.0), &energies(1.5, 0.0), omega_v, 0.005)
             .energy
     };
     assert_eq!(energy(-0.5), -0.2 * 1.5);
@@ -61,21 +69,20 @@ fn energy_can_be_cheaper_at_high_commands() {
         omega_e_floor: 0.05,
         ..r.clone()
     };
-    let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 0.0, 3.0, 0.005);
+    let t = r.terms(&moving(0.0, 0.0, 0.0), &energies(1.5, 0.0), 3.0, 0.005);
     assert!((t.energy + 0.05 * 1.5).abs() < 1e-15);
-    let r = RewardParameters {
-        omega_e_per_command: 0.3,
-        ..r
-    };
-    let t = r.terms(&moving(0.0, 0.0, 0.0), 1.5, 0.0, 3.0, 0.005);
-    assert!((t.energy + 0.9 * 1.5).abs() < 1e-15);
     let r = RewardParameters {
         energy_cap: 0.9,
         ..RewardParameters::default()
     };
     let energy = |change_j, omega_v| {
-        r.terms(&moving(0.0, 0.0, 0.0), change_j, 0.0, omega_v, 0.005)
-            .energy
+        r.terms(
+            &moving(0.0, 0.0, 0.0),
+            &energies(change_j, 0.0),
+            omega_v,
+            0.005,
+        )
+        .energy
     };
     assert!((energy(-4.0, 0.0) + 0.8).abs() < 1e-15);
     assert_eq!(energy(5.0, 0.0), -0.9);
@@ -83,30 +90,38 @@ fn energy_can_be_cheaper_at_high_commands() {
 }
 
 #[test]
-fn friction_has_a_price_and_speed_pays_most_at_its_limit() {
+fn friction_and_work_have_prices_and_speed_pays_most_at_its_limit() {
     let paper = RewardParameters::default();
-    let t = paper.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 3.0, 0.01);
+    let t = paper.terms(&moving(4.0, 0.0, 0.0), &energies(0.0, 0.5), 3.0, 0.01);
     assert_eq!((t.friction, t.velocity), (0.0, 12.0));
     let r = RewardParameters {
         omega_f: 2.0,
         speed_limit_m_per_s: 2.5,
         ..paper
     };
-    let t = r.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 3.0, 0.01);
+    let t = r.terms(&moving(4.0, 0.0, 0.0), &energies(0.0, 0.5), 3.0, 0.01);
     assert_eq!((t.friction, t.velocity), (-1.0, 3.0 * (2.5 - 1.5)));
     let cheaper = RewardParameters {
         friction_command_divisor: 3.0,
         ..r.clone()
     };
-    let t = cheaper.terms(&moving(4.0, 0.0, 0.0), 0.0, 0.5, 1.0, 0.01);
+    let t = cheaper.terms(&moving(4.0, 0.0, 0.0), &energies(0.0, 0.5), 1.0, 0.01);
     assert_eq!(t.friction, -0.25);
+    let worked = RewardParameters {
+        omega_w: 0.2,
+        ..r.clone()
+    };
+    let work = |omega_v| worked.terms(&moving(1.0, 0.0, 0.0), &energies(0.0, 0.0), omega_v, 0.01);
+    assert!((work(3.0).work + 0.2 * 3.0 * 0.7).abs() < 1e-15);
+    assert!((work(3.0).sum() - work(3.0).work - 4.0).abs() < 1e-12);
+    assert_eq!(work(-0.5).work, 0.0);
     let capped = RewardParameters {
         energy_cap: 0.9,
         ..r.clone()
     };
-    let t = capped.terms(&moving(0.0, 0.0, 0.0), -4.0, 0.5, 0.0, 0.01);
+    let t = capped.terms(&moving(0.0, 0.0, 0.0), &energies(-4.0, 0.5), 0.0, 0.01);
     assert!((t.energy + 0.8).abs() < 1e-15 && t.friction == -0.9);
-    let t = r.terms(&moving(2.0, 0.0, 0.0), 0.0, 0.5, -0.5, 0.01);
+    let t = r.terms(&moving(2.0, 0.0, 0.0), &energies(0.0, 0.5), -0.5, 0.01);
     assert_eq!(t.velocity, -1.0);
 }
 
