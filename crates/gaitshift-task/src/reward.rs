@@ -85,6 +85,10 @@ reward_parameters! {
     /// `command_divisor` it keeps each command's optimum; smaller, it asks for more exploration at
     /// high commands. 0 is the conference paper, and the journal version as far as it says.
     entropy_command_divisor,
+    /// *Not in the paper.* Share of the entropy bonus that is left at `ω_v = 0` and below; it grows
+    /// linearly to the whole at `ω_v = 0.5`. 1 is the paper. Terms that tell a clean walk from a
+    /// shuffle are small beside the bonus that a run needs to stay upright.
+    entropy_share_at_zero,
     /// *Not in the paper.* The horizon 1 / (1 - γ) of a step is divided by `1 + k max(ω_v, 0)`; this is
     /// `k`. 0 is the paper. Above 0, fast commands look less far ahead, which is what lets the learner
     /// find flight, and slow ones far enough to see a fall coming.
@@ -114,6 +118,7 @@ impl Default for RewardParameters {
             speed_limit_m_per_s: 0.0,
             command_divisor: 0.0,
             entropy_command_divisor: 0.0,
+            entropy_share_at_zero: 1.0,
             horizon_command_divisor: 0.0,
             horizon_share_floor: 0.0,
             scale: 1.0,
@@ -247,7 +252,9 @@ impl RewardParameters {
 
     /// The factor of the entropy bonus at a command, likewise.
     pub fn entropy_factor(&self, omega_v: f64) -> f64 {
-        self.scale / command_scale(self.entropy_command_divisor, omega_v)
+        let at_zero = self.entropy_share_at_zero;
+        let share = at_zero + (1.0 - at_zero) * (omega_v / 0.5).clamp(0.0, 1.0);
+        self.scale * share / command_scale(self.entropy_command_divisor, omega_v)
     }
 
     /// The factor of the horizon at a command, above 0 and at most 1.

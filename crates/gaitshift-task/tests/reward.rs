@@ -147,6 +147,13 @@ fn the_factor_leaves_negative_commands_alone() {
         ..r
     };
     assert_eq!(r.entropy_factor(2.0), 0.1);
+    let quiet = RewardParameters {
+        entropy_share_at_zero: 0.25,
+        ..r.clone()
+    };
+    assert_eq!(quiet.entropy_factor(-0.5), 0.5 * 0.25);
+    assert_eq!(quiet.entropy_factor(0.25), 0.5 * 0.625 / 1.5);
+    assert_eq!(quiet.entropy_factor(2.0), 0.1);
     assert_eq!(r.horizon_factor(2.0), 1.0);
     let r = RewardParameters {
         horizon_command_divisor: 1.5,
