@@ -48,6 +48,10 @@ reward_parameters! {
     c1,
     /// `C2` of (4): reward for not having fallen.
     c2,
+    /// *Not in the paper.* `C2` is multiplied by `1 + k max(ω_v, 0)`; this is `k`, and 0 is the paper.
+    /// Equal to `command_divisor` it makes a fall cost the same at every command. Otherwise starting to
+    /// run, which has its price at once and its reward later, can be worth less than falling.
+    alive_command_factor,
     /// `C3` of (6): cap of the difference of the hip angles' rates, in rad/s.
     c3,
     /// *Open.* |ΔE| is the change over one control period and so grows with it, while the other
@@ -107,6 +111,7 @@ impl Default for RewardParameters {
             omega_s: 0.15,
             c1: 1.0,
             c2: 1.0,
+            alive_command_factor: 0.0,
             c3: 0.5,
             energy_reference_period_s: 0.0,
             energy_command_divisor: 0.0,
@@ -295,7 +300,7 @@ impl RewardParameters {
             energy: -energy,
             velocity: omega_v * paid_speed,
             forward: if state.x_dot >= 0.0 { 0.0 } else { -self.c1 },
-            alive: self.c2,
+            alive: self.c2 * command_scale(self.alive_command_factor, omega_v),
             leg: self.omega_l
                 * (state.phi_dot(RIGHT) - state.phi_dot(LEFT))
                     .abs()

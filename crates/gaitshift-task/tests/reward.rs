@@ -109,11 +109,13 @@ fn friction_and_work_have_prices_and_speed_pays_most_at_its_limit() {
     assert_eq!(t.friction, -0.25);
     let worked = RewardParameters {
         omega_w: 0.2,
+        alive_command_factor: 2.0,
         ..r.clone()
     };
     let work = |omega_v| worked.terms(&moving(1.0, 0.0, 0.0), &energies(0.0, 0.0), omega_v, 0.01);
     assert!((work(3.0).work + 0.2 * 3.0 * 0.7).abs() < 1e-15);
-    assert!((work(3.0).sum() - work(3.0).work - 4.0).abs() < 1e-12);
+    assert_eq!((work(3.0).alive, work(-0.5).alive), (7.0, 1.0));
+    assert!((work(3.0).sum() - work(3.0).work - 10.0).abs() < 1e-12);
     assert_eq!(work(-0.5).work, 0.0);
     let capped = RewardParameters {
         energy_cap: 0.9,
