@@ -80,6 +80,8 @@ pub struct GaitSummary {
     pub step_time_asymmetry: Option<f64>,
     /// How far feet on the ground slide, relative to the hip's way.
     pub foot_slide: Option<f64>,
+    /// Contacts of a swinging foot too short to count as stances, per step.
+    pub scuffs_per_step: Option<f64>,
     /// Number of whole steps.
     pub steps: usize,
     /// Share of steps onto the other foot than the one before, in [0, 1].
@@ -187,6 +189,7 @@ pub fn summarise_window(
         swing_time_left_s: left.map(|leg| leg.swing_s),
         step_time_asymmetry: evidence.and_then(|evidence| evidence.step_time_asymmetry),
         foot_slide: evidence.and_then(|evidence| evidence.foot_slide),
+        scuffs_per_step: window.and_then(|window| scuffs_per_step(support, window, steps.len())),
         steps: steps.len(),
         steps_alternating: share_of_steps(&Step::alternates),
         steps_with_double_support: share_of_steps(&|step| rule.has_double_support(step)),
@@ -198,4 +201,13 @@ pub fn summarise_window(
         elastic_potential_correlation_single_support: in_single_support(elastic, potential),
         energy_recovery: strides.and_then(|strides| energy_recovery(recording, strides)),
     }
+}
+
+fn scuffs_per_step(support: &Support, window: Window, steps: usize) -> Option<f64> {
+    let scuffs = Side::BOTH
+        .iter()
+        .flat_map(|&side| support.scuffs(side))
+        .filter(|scuff| window.contains(scuff.start_row()))
+        .count();
+    (steps > 0).then(|| scuffs as f64 / steps as f64)
 }

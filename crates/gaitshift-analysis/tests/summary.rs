@@ -42,6 +42,7 @@ fn figures_of_a_walk() {
         (summary.swing_time_left_s, 0.4),
         (summary.step_time_asymmetry, 0.0),
         (summary.foot_slide, 0.0),
+        (summary.scuffs_per_step, 0.0),
         (summary.steps_alternating, 1.0),
         (summary.steps_with_double_support, 1.0),
         (summary.steps_with_flight, 0.0),

@@ -5,7 +5,7 @@
 mod common;
 
 use common::{Frame, Gait, PERIOD_S, WEIGHT_N, metadata, record};
-use gaitshift_analysis::recording::{COLUMNS, Recording, Side, column};
+use gaitshift_analysis::recording::{COLUMNS, Recording, Side, Window, column};
 use gaitshift_analysis::support::{ContactRule, FootEventKind, Support, SupportPhase};
 
 /// A recording whose right foot carries these forces, one per control period.
@@ -26,15 +26,27 @@ fn right_forces(forces_n: &[f64]) -> Recording {
 
 /// The right foot's contacts as (first row, last row); `pattern` has a letter per control period.
 fn contacts(pattern: &str) -> Vec<(usize, usize)> {
+    rows(support(pattern).contacts(Side::Right))
+}
+
+/// The right foot's contacts that were too short, likewise.
+fn scuffs(pattern: &str) -> Vec<(usize, usize)> {
+    rows(support(pattern).scuffs(Side::Right))
+}
+
+fn rows(contacts: &[Window]) -> Vec<(usize, usize)> {
+    contacts
+        .iter()
+        .map(|contact| (contact.start_row(), contact.end_row()))
+        .collect()
+}
+
+fn support(pattern: &str) -> Support {
     let forces: Vec<f64> = pattern
         .chars()
         .map(|letter| if letter == '#' { WEIGHT_N } else { 0.0 })
         .collect();
-    let support = Support::find(&right_forces(&forces), &ContactRule::default());
-    let contacts = support.contacts(Side::Right).iter();
-    contacts
-        .map(|contact| (contact.start_row(), contact.end_row()))
-        .collect()
+    Support::find(&right_forces(&forces), &ContactRule::default())
 }
 
 #[test]
@@ -71,26 +83,40 @@ fn a_trailing_foot_stays_down_until_its_force_falls_to_the_release_fraction() {
 
 #[test]
 fn gaps_shorter_than_20_ms_are_filled() {
-    assert_eq!(contacts("____######___######____"), [(4, 19)]);
-    assert_eq!(contacts("____######____######____"), [(4, 10), (14, 20)]);
+    let stance = "#".repeat(16);
+    assert_eq!(contacts(&format!("____{stance}___{stance}__")), [(4, 39)]);
+    assert_eq!(
+        contacts(&format!("____{stance}____{stance}__")),
+        [(4, 20), (24, 40)]
+    );
 }
 
 #[test]
-fn contacts_shorter_than_20_ms_are_dropped() {
-    assert_eq!(contacts("____######______###______"), [(4, 10)]);
-    assert_eq!(contacts("____######______####_____"), [(4, 10), (16, 20)]);
+fn contacts_shorter_than_80_ms_are_scuffs() {
+    let stance = "#".repeat(20);
+    for (duration, is_scuff) in [(3, true), (15, true), (16, false)] {
+        let brief = "#".repeat(duration);
+        let pattern = format!("____{stance}______{brief}______");
+        let found = contacts(&pattern);
+        assert_eq!(found[0], (4, 24));
+        assert_eq!(found.len(), if is_scuff { 1 } else { 2 }, "{duration}");
+        let scuffs = scuffs(&pattern);
+        assert_eq!(scuffs.len(), usize::from(is_scuff));
+        assert!(scuffs.iter().all(|&scuff| scuff == (30, 30 + duration)));
+    }
 }
 
 #[test]
 fn a_bouncing_landing_is_one_contact() {
     // Filled first, dropped afterwards: the other way round nothing would remain.
-    assert_eq!(contacts("______##__##__##______"), [(6, 16)]);
+    let bounces = "######__######__##";
+    assert_eq!(contacts(&format!("______{bounces}______")), [(6, 24)]);
 }
 
 #[test]
 fn what_reaches_the_ends_is_kept_because_its_duration_is_unknown() {
     assert_eq!(contacts("##________##"), [(0, 2), (10, 12)]);
-    assert_eq!(contacts("__########__"), [(2, 10)]);
+    assert_eq!(contacts(&format!("__{}__", "#".repeat(16))), [(2, 18)]);
 }
 
 #[test]
