@@ -173,6 +173,8 @@ fn a_changing_command_cuts_transitions_off_and_keeps_to_its_value() {
     let folder = root.path().join("run");
     let mut experiment = tiny(1);
     experiment.curriculum.command.redraw_interval_s = 0.1;
+    // Large enough that nothing is overwritten: neighbouring slots are neighbouring steps.
+    experiment.training.replay_capacity = 10_000;
     Training::new(experiment, &folder, "test")
         .unwrap()
         .run(&mut StopAt(Some(2500), 0, 0))
