@@ -105,7 +105,7 @@ struct Counters {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 struct Recent {
     steps: u64,
-    terms: [f64; 6],
+    terms: [f64; RewardTerms::NAMES.len()],
     updates: u64,
     critic_loss: f64,
     actor_loss: f64,
