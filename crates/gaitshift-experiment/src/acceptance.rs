@@ -69,6 +69,9 @@ pub struct Check {
     pub met: bool,
     /// How much of it is there, in [0, 1]; 1 exactly if it is met.
     pub credit: f64,
+    /// Whether it is about the walk at the walking command alone.
+    #[serde(skip)]
+    pub walking: bool,
 }
 
 /// A steady motion under one command.
@@ -110,6 +113,12 @@ impl Judgement {
         self.checks.iter().map(|c| c.credit).sum()
     }
 
+    /// How good the walk alone is: the sum of the credits of its criteria.
+    pub fn walking_score(&self) -> f64 {
+        let walking = self.checks.iter().filter(|c| c.walking);
+        walking.map(|c| c.credit).sum()
+    }
+
     /// The motion at a command, if it was tried.
     pub fn row(&self, omega_v: f64) -> Option<&GaitSummary> {
         self.rows
@@ -127,6 +136,13 @@ fn check(name: String, value: Option<f64>, met: bool, nearness: f64) -> Check {
         value,
         met,
         credit: if credit.is_finite() { credit } else { 0.0 },
+        walking: false,
+    }
+}
+
+impl Check {
+    fn of_walk_if(self, walking: bool) -> Self {
+        Self { walking, ..self }
     }
 }
 
@@ -212,31 +228,38 @@ fn checks(
     let mut checks = Vec::new();
     for row in &j.rows {
         let s = &row.summary;
-        checks.push(check(
+        let survives = check(
             format!("survives {} s at omega_v = {}", c.duration_s, row.omega_v),
             Some(s.survived_s),
             !s.fell,
             s.survived_s / c.duration_s,
-        ));
+        );
+        checks.push(survives.of_walk_if(row.omega_v == c.walking_omega_v));
     }
     let (walk_w, run_w) = (c.walking_omega_v, c.running_omega_v);
     let (walk, running) = (walk.filter(|s| !s.fell), running.filter(|s| !s.fell));
-    checks.push(check(
-        format!("walks at omega_v = {walk_w}: share of steps with double support"),
-        walk.and_then(|s| s.steps_with_double_support),
-        walk.is_some_and(|s| s.gait == GaitClass::Walking),
-        walk.map_or(0.0, |s| {
-            0.5 * s.steps_with_double_support.unwrap_or(0.0) * (1.0 - s.flight.unwrap_or(0.0))
-        }),
-    ));
-    checks.push(at_least(
-        format!(
-            "Froude number at omega_v = {walk_w} at least {}",
-            c.walking_froude
-        ),
-        walk.and_then(|s| s.froude),
-        c.walking_froude,
-    ));
+    checks.push(
+        check(
+            format!("walks at omega_v = {walk_w}: share of steps with double support"),
+            walk.and_then(|s| s.steps_with_double_support),
+            walk.is_some_and(|s| s.gait == GaitClass::Walking),
+            walk.map_or(0.0, |s| {
+                0.5 * s.steps_with_double_support.unwrap_or(0.0) * (1.0 - s.flight.unwrap_or(0.0))
+            }),
+        )
+        .of_walk_if(true),
+    );
+    checks.push(
+        at_least(
+            format!(
+                "Froude number at omega_v = {walk_w} at least {}",
+                c.walking_froude
+            ),
+            walk.and_then(|s| s.froude),
+            c.walking_froude,
+        )
+        .of_walk_if(true),
+    );
     checks.push(check(
         format!("runs at omega_v = {run_w}: share of steps with flight"),
         running.and_then(|s| s.steps_with_flight),
@@ -254,11 +277,7 @@ fn checks(
     let least = froude().reduce(f64::min);
     let greatest = froude().reduce(f64::max);
     let [low, high] = c.froude_span;
-    checks.push(at_most(
-        format!("least Froude number at most {low}"),
-        least,
-        low,
-    ));
+    checks.push(at_most(format!("least Froude number at most {low}"), least, low).of_walk_if(true));
     checks.push(at_least(
         format!("greatest Froude number at least {high}"),
         greatest,
@@ -268,11 +287,12 @@ fn checks(
         ("walking", walk, walk_w, c.cost_of_transport[0]),
         ("running", running, run_w, c.cost_of_transport[1]),
     ] {
-        checks.push(at_most(
+        let cost = at_most(
             format!("cost of transport {name} at omega_v = {w} at most {bound}"),
             s.and_then(|s| s.cost_of_transport).filter(|v| *v > 0.0),
             bound,
-        ));
+        );
+        checks.push(cost.of_walk_if(w == walk_w));
     }
     for (from, to, wanted, list) in [
         (walk_w, run_w, GaitClass::Running, &j.to_running),
@@ -295,12 +315,15 @@ fn checks(
     }
     let b = c.correlation;
     let walk_kp = walk.and_then(|s| s.kinetic_potential_correlation);
-    checks.push(check(
-        format!("kinetic-potential correlation walking below -{b}"),
-        walk_kp,
-        walk_kp.is_some_and(|v| v < -b),
-        -walk_kp.unwrap_or(0.0) / b,
-    ));
+    checks.push(
+        check(
+            format!("kinetic-potential correlation walking below -{b}"),
+            walk_kp,
+            walk_kp.is_some_and(|v| v < -b),
+            -walk_kp.unwrap_or(0.0) / b,
+        )
+        .of_walk_if(true),
+    );
     let run_kp = running.and_then(|s| s.kinetic_potential_correlation_single_support);
     checks.push(check(
         format!("kinetic-potential correlation running (single support) above {b}"),

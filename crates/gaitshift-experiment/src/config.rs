@@ -1,5 +1,6 @@
 //! One experiment as one TOML file: body, task, curriculum, learner and training, every value named.
 
+use crate::rehearsal::RehearsalParameters;
 use crate::schedule::Schedule;
 use gaitshift_body::{BodyParameters, ParameterError};
 use gaitshift_sac::{SacConfig, Temperature};
@@ -35,6 +36,10 @@ pub struct TrainingParameters {
     pub symmetry: Symmetry,
     /// How settings of the learner move during the run.
     pub schedule: Schedule,
+    /// Whether the walk is rehearsed while running is learned.
+    pub rehearsal: RehearsalParameters,
+    /// Environment steps between rows of `metrics.csv`.
+    pub metrics_interval_steps: u64,
     /// Environment steps between evaluations.
     pub evaluation_interval_steps: u64,
     /// Environment steps between checkpoints.
@@ -53,6 +58,8 @@ impl Default for TrainingParameters {
             learning_starts: 10_000,
             symmetry: Symmetry::Reward,
             schedule: Schedule::default(),
+            rehearsal: RehearsalParameters::default(),
+            metrics_interval_steps: 20_000,
             evaluation_interval_steps: 250_000,
             checkpoint_interval_steps: 1_000_000,
             stop_when_accepted: false,
@@ -255,12 +262,19 @@ impl Experiment {
                 message: "`learner.mirror_loss_weight` and `learner.mirrored_fraction` follow from `training.symmetry`; set that instead".to_owned(),
             });
         }
+        if l.rehearsal_weight != 0.0 || l.rehearsal_rows != SacConfig::default().rehearsal_rows {
+            return Err(ConfigError::Value {
+                origin: origin(),
+                message: "`learner.rehearsal_weight` and `learner.rehearsal_rows` follow from `training.rehearsal`; set that instead".to_owned(),
+            });
+        }
         let t = &self.training;
         let value_error = |message: String| ConfigError::Value {
             origin: origin(),
             message,
         };
         t.schedule.validate().map_err(value_error)?;
+        t.rehearsal.validate().map_err(value_error)?;
         let fixed = matches!(self.learner.temperature, Temperature::Fixed { .. });
         if !t.schedule.alpha.0.is_empty() && !fixed {
             return Err(value_error(
@@ -279,6 +293,12 @@ impl Experiment {
                 "steps_per_update",
                 t.steps_per_update as f64,
                 t.steps_per_update > 0,
+                "1 or greater",
+            ),
+            (
+                "metrics_interval_steps",
+                t.metrics_interval_steps as f64,
+                t.metrics_interval_steps > 0,
                 "1 or greater",
             ),
             (

@@ -5,6 +5,7 @@ mod acceptance;
 mod config;
 mod controller;
 mod profile;
+mod rehearsal;
 mod rollout;
 mod run_folder;
 mod schedule;
@@ -18,6 +19,7 @@ pub use config::{
 };
 pub use controller::{Controller, ControllerError, Deterministic, Provenance};
 pub use profile::{CommandProfile, ProfileError};
+pub use rehearsal::RehearsalParameters;
 pub use rollout::{Control, Rollout};
 pub use run_folder::TrainingError;
 pub use schedule::{Course, Schedule};

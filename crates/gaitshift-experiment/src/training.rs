@@ -21,8 +21,8 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
 
-/// Environment steps between rows of `metrics.csv`.
-const METRICS_INTERVAL_STEPS: u64 = 20_000;
+/// The best walk so far, kept to be rehearsed.
+const WALK_FILE: &str = "controller-walk.safetensors";
 
 /// What a person wants to know while training runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -93,6 +93,9 @@ struct Counters {
     best_score: f64,
     best_step: u64,
     best_met: usize,
+    /// Of the best walk so far, which is kept where the walk is going to be rehearsed.
+    #[serde(default)]
+    walking_score: f64,
     criteria: usize,
     accepted_at_step: Option<u64>,
     accepted_after_s: Option<f64>,
@@ -211,6 +214,11 @@ fn learner_config(experiment: &Experiment) -> SacConfig {
         Symmetry::Loss => config.mirror_loss_weight = experiment.task.reward.omega_s,
         Symmetry::Replay => config.mirrored_fraction = 0.5,
     }
+    let rehearsal = &experiment.training.rehearsal;
+    if rehearsal.enabled() {
+        config.rehearsal_weight = rehearsal.weight;
+        config.rehearsal_rows = rehearsal.rows;
+    }
     config
 }
 
@@ -308,7 +316,7 @@ impl Training {
             counters: Counters {
                 next_evaluation: e.training.evaluation_interval_steps,
                 next_checkpoint: e.training.checkpoint_interval_steps,
-                next_metrics: METRICS_INTERVAL_STEPS,
+                next_metrics: e.training.metrics_interval_steps,
                 best_score: -1.0,
                 verdict: "not evaluated yet".to_owned(),
                 ..Counters::default()
@@ -355,12 +363,16 @@ impl Training {
             let step = self.counters.step;
             let e = &self.experiment;
             let settings = e.curriculum.at(step, &e.task.reward);
+            let after = e.training.rehearsal.after_steps;
             self.apply_schedule(step as f64 / total as f64)?;
+            if after > 0 && step >= after && self.agent.rehearsal().is_none() {
+                self.begin_rehearsal(&settings)?;
+            }
             self.collect(&settings, &mut logs.episodes)?;
             self.learn()?;
             self.counters.elapsed_s = before_s + clock.elapsed().as_secs_f64();
             if self.counters.step >= self.counters.next_metrics {
-                self.counters.next_metrics += METRICS_INTERVAL_STEPS;
+                self.counters.next_metrics += self.experiment.training.metrics_interval_steps;
                 let row = self.metrics_row(&settings);
                 logs.metrics(&row)?;
             }
@@ -397,6 +409,25 @@ impl Training {
         };
         self.folder.write_json("report.json", &report)?;
         Ok(report)
+    }
+
+    /// From here on the best walk so far is rehearsed.
+    fn begin_rehearsal(&mut self, settings: &PhaseSettings) -> Result<(), TrainingError> {
+        let file = self.folder.file(WALK_FILE);
+        let mut policy = if file.exists() {
+            Controller::read(&file)?.policy
+        } else {
+            self.policy()
+        };
+        let e = &self.experiment;
+        let rehearsal = e.training.rehearsal.collect(
+            &mut policy,
+            self.batch.body(),
+            &e.task,
+            settings,
+            e.seed,
+        )?;
+        Ok(self.agent.rehearse(rehearsal)?)
     }
 
     fn apply_schedule(&mut self, share: f64) -> Result<(), TrainingError> {
@@ -627,6 +658,11 @@ impl Training {
             c.best_step = c.step;
             c.best_met = judgement.met();
             controller.write(&self.folder.file("controller.safetensors"))?;
+        }
+        let after = self.experiment.training.rehearsal.after_steps;
+        if c.step <= after && judgement.walking_score() > c.walking_score {
+            c.walking_score = judgement.walking_score();
+            controller.write(&self.folder.file(WALK_FILE))?;
         }
         if judgement.accepted() && c.accepted_at_step.is_none() {
             c.accepted_at_step = Some(c.step);

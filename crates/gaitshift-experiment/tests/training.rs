@@ -5,6 +5,7 @@
 use gaitshift_experiment::{
     Control, Controller, Deterministic, Experiment, Judgement, Observer, Progress, Training,
 };
+use gaitshift_sac::Agent;
 use gaitshift_task::OBSERVATION_SIZE;
 use std::path::Path;
 
@@ -24,9 +25,13 @@ fn tiny(threads: usize) -> Experiment {
             environments = 4
             steps_per_update = 8
             learning_starts = 500
+            metrics_interval_steps = 1000
             evaluation_interval_steps = 4000
             checkpoint_interval_steps = 3000
             replay_capacity = 4000
+            [training.rehearsal]
+            after_steps = 4500
+            states = 1000
             [[curriculum.phases]]
             name = "one"
             steps = 2000
@@ -95,6 +100,10 @@ fn threads_and_interruptions_do_not_change_a_bit() {
         .unwrap();
     assert!(report.finished && report.step == 6000 && observer.2 == 1);
     assert_eq!(report.updates, (6000 - 500) / 8 + 1);
+    assert_eq!(without_clock(&whole).len(), 1 + 6);
+    let agent = Agent::load(&whole.join("checkpoint/agent.safetensors")).unwrap();
+    assert!(agent.rehearsal().is_some_and(|walk| walk.rows() <= 1000));
+    assert!(whole.join("controller-walk.safetensors").exists());
 
     let threaded = at("threaded");
     Training::new(tiny(2), &threaded, "test")

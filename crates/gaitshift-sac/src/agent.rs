@@ -8,6 +8,7 @@ use crate::learner::{Learner, Noise, UpdateStats};
 use crate::mirror::Mirror;
 use crate::policy::{Policy, PolicyScratch};
 use crate::random::{correlated_normal, fill_normal, streams};
+use crate::rehearsal::{Rehearsal, Rehearsed};
 use crate::replay::{Batch, ReplayBuffer, Sampling, length};
 
 /// Random streams of a run.
@@ -32,6 +33,8 @@ pub struct Agent {
     pub(crate) streams: Streams,
     /// Noise of the last actions taken, which that of the next ones may be correlated with.
     pub(crate) acting_noise: Vec<f32>,
+    /// What the actor goes on to imitate.
+    pub(crate) rehearsal: Option<Rehearsal>,
     slots: Vec<usize>,
     batch: Batch<f32>,
     noise: [Vec<f32>; 2],
@@ -64,6 +67,7 @@ impl Agent {
                 acting,
             },
             acting_noise: Vec::new(),
+            rehearsal: None,
             learner,
         })
     }
@@ -149,6 +153,38 @@ impl Agent {
     /// When it is not from 1 to 256.
     pub fn set_threads(&mut self, threads: usize) -> Result<(), SacError> {
         self.learner.set_threads(threads)
+    }
+
+    /// From now on every actor update also imitates pairs drawn from `rehearsal`, with the weight
+    /// `rehearsal_weight`; half of them mirrored where batches are mirrored.
+    ///
+    /// # Errors
+    /// When its sizes are others, or the weight is 0 and so nothing would be rehearsed.
+    pub fn rehearse(&mut self, rehearsal: Rehearsal) -> Result<(), SacError> {
+        let [observation_size, action_size] = rehearsal.sizes();
+        length(
+            "a rehearsal observation",
+            observation_size,
+            self.learner.observation_size,
+        )?;
+        length("a rehearsal action", action_size, self.learner.action_size)?;
+        let config = &self.learner.config;
+        let weight = config.rehearsal_weight;
+        require(
+            weight > 0.0,
+            "rehearsal_weight",
+            &weight,
+            "above 0 to rehearse",
+        )?;
+        self.learner.rehearsed =
+            Rehearsed::zeros(config.rehearsal_rows, observation_size, action_size);
+        self.rehearsal = Some(rehearsal);
+        Ok(())
+    }
+
+    /// What is rehearsed, if anything.
+    pub fn rehearsal(&self) -> Option<&Rehearsal> {
+        self.rehearsal.as_ref()
     }
 
     fn change(&mut self, change: impl FnOnce(&mut SacConfig)) -> Result<(), SacError> {
@@ -239,6 +275,15 @@ impl Agent {
             fill_normal(&mut self.streams.noise, noise);
         }
         replay.gather(&self.slots, &sampling, &mut self.batch)?;
+        if let Some(rehearsal) = &self.rehearsal {
+            let mirror = self.learner.mirror.as_ref().filter(|_| mirrored > 0);
+            let half = self.learner.config.rehearsal_rows / 2;
+            rehearsal.draw(
+                &mut self.streams.sampling,
+                mirror.map(|mirror| (mirror, half)),
+                &mut self.learner.rehearsed,
+            );
+        }
         let [next, current] = &self.noise;
         self.learner.update(&self.batch, Noise { next, current })
     }

@@ -19,6 +19,7 @@ use crate::error::SacError;
 use crate::learner::{TemperatureState, Trained, UpdateStats};
 use crate::mirror::Mirror;
 use crate::network::{Mlp, NamedTensor};
+use crate::rehearsal::Rehearsal;
 use crate::replay::ReplayBuffer;
 
 const AGENT: &str = "agent checkpoint";
@@ -26,6 +27,7 @@ const REPLAY: &str = "replay buffer file";
 const AGENT_KEY: &str = "gaitshift-sac-agent";
 const REPLAY_KEY: &str = "gaitshift-sac-replay";
 const ACTING_NOISE: &str = "acting_noise";
+const REHEARSAL: [&str; 2] = ["rehearsal.observations", "rehearsal.actions"];
 /// Version of both formats.
 const FORMAT: u32 = 1;
 
@@ -46,6 +48,9 @@ struct AgentHeader {
     /// Length of the noise of the last actions taken.
     #[serde(default)]
     acting_noise: usize,
+    /// Remembered pairs; 0 if none are rehearsed.
+    #[serde(default)]
+    rehearsal: usize,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -344,6 +349,22 @@ impl Agent {
                 bytes: Box::new(|| to_bytes(self.acting_noise.iter().copied())),
             },
         ));
+        if let Some(rehearsal) = &self.rehearsal {
+            for ((name, size), values) in REHEARSAL
+                .into_iter()
+                .zip(rehearsal.sizes())
+                .zip([&rehearsal.observations, &rehearsal.actions])
+            {
+                tensors.push((
+                    name.to_owned(),
+                    Lazy {
+                        dtype: Dtype::F32,
+                        shape: vec![rehearsal.rows(), size],
+                        bytes: Box::new(|| to_bytes(values.iter().copied())),
+                    },
+                ));
+            }
+        }
         let header = AgentHeader {
             format: FORMAT,
             config: learner.config.clone(),
@@ -357,6 +378,7 @@ impl Agent {
             stats: learner.stats,
             streams: self.streams.clone(),
             acting_noise: self.acting_noise.len(),
+            rehearsal: self.rehearsal.as_ref().map_or(0, Rehearsal::rows),
         };
         write(path, AGENT, AGENT_KEY, &header, tensors)
     }
@@ -400,6 +422,16 @@ impl Agent {
         if header.acting_noise > 0 {
             let noise = reader.floats(ACTING_NOISE, &[header.acting_noise])?;
             agent.acting_noise = noise.collect();
+        }
+        if header.rehearsal > 0 {
+            let sizes = [header.observation_size, header.action_size];
+            let read = |index: usize| {
+                let shape = [header.rehearsal, sizes[index]];
+                Ok::<Vec<f32>, SacError>(reader.floats(REHEARSAL[index], &shape)?.collect())
+            };
+            Rehearsal::new(sizes[0], sizes[1], read(0)?, read(1)?)
+                .and_then(|rehearsal| agent.rehearse(rehearsal))
+                .map_err(|error| reader.reject(error.to_string()))?;
         }
         Ok(agent)
     }

@@ -60,6 +60,11 @@ pub struct SacConfig {
     pub mirror_loss_weight: f64,
     /// Share of each batch that is replaced by its mirror image, in \[0, 1\]; 0 for none.
     pub mirrored_fraction: f64,
+    /// Weight w of the rehearsal loss w · mean |μ(s) − a|² over remembered pairs, once
+    /// [`crate::Agent::rehearse`] gave them, in the actor's loss; 0 for none.
+    pub rehearsal_weight: f64,
+    /// Remembered pairs in an update.
+    pub rehearsal_rows: usize,
     /// Decay per actor update of the averaged actor (0.999 averages over about a thousand); 0 for none.
     pub actor_average_decay: f64,
     /// Correlation of the noise of the actions taken with that of the step before, in \[0, 1). White noise (0)
@@ -87,6 +92,8 @@ impl Default for SacConfig {
             actor_every: 1,
             mirror_loss_weight: 0.0,
             mirrored_fraction: 0.0,
+            rehearsal_weight: 0.0,
+            rehearsal_rows: 64,
             actor_average_decay: 0.0,
             noise_correlation: 0.0,
             max_grad_norm: None,
@@ -188,12 +195,18 @@ impl SacConfig {
             &self.actor_every,
             "at least 1",
         )?;
-        let weight = self.mirror_loss_weight;
+        for (key, weight) in [
+            ("mirror_loss_weight", self.mirror_loss_weight),
+            ("rehearsal_weight", self.rehearsal_weight),
+        ] {
+            let valid = weight.is_finite() && weight >= 0.0;
+            require(valid, key, &weight, "at least 0")?;
+        }
         require(
-            weight.is_finite() && weight >= 0.0,
-            "mirror_loss_weight",
-            &weight,
-            "at least 0",
+            (1..=SIZE_MAX).contains(&self.rehearsal_rows),
+            "rehearsal_rows",
+            &self.rehearsal_rows,
+            "from 1 to 65536",
         )?;
         let fraction = self.mirrored_fraction;
         require(

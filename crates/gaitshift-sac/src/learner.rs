@@ -16,6 +16,7 @@ use crate::gaussian;
 use crate::mirror::{Mirror, reflect};
 use crate::network::{Activations, Deltas, Mlp, MlpShape, Transposed};
 use crate::real::{Buffer, Real};
+use crate::rehearsal::{Rehearsed, imitate};
 use crate::replay::{Batch, length};
 use crate::workers::{Disjoint, Workers};
 
@@ -91,6 +92,9 @@ pub struct UpdateStats {
     pub actor_loss: f64,
     /// mean |μ(s) − Ψa(μ(Ψo(s)))|², unweighted; 0 when no mirror loss is asked for.
     pub mirror_loss: f64,
+    /// mean |μ(s) − a|² over the rehearsed pairs, unweighted; 0 when none are rehearsed.
+    #[serde(default)]
+    pub rehearsal_loss: f64,
     /// −mean ln π, in nats.
     pub entropy: f64,
     /// α that this update used.
@@ -135,6 +139,7 @@ struct Sums {
     target: f64,
     actor_loss: f64,
     mirror_loss: f64,
+    rehearsal_loss: f64,
     log_prob: f64,
 }
 
@@ -165,7 +170,10 @@ pub struct Learner<T> {
     pub(crate) temperature: TemperatureState,
     pub(crate) updates: u64,
     pub(crate) stats: UpdateStats,
+    /// Chunks of the batch, behind them those of the rehearsed pairs.
     chunks: Vec<Chunk<T>>,
+    /// Pairs that the next update rehearses, at most `rehearsal_rows`; [`crate::Agent`] draws them.
+    pub rehearsed: Rehearsed<T>,
     /// Sum of squares of each range of the gradients.
     squares: Vec<f64>,
     workers: Workers,
@@ -235,7 +243,12 @@ impl<T: Real> Learner<T> {
             steps: 0,
         };
         let mirrored = config.mirror_loss_weight > 0.0;
-        let chunks = (0..config.batch_size.div_ceil(CHUNK))
+        let rehearsal_rows = if config.rehearsal_weight > 0.0 {
+            config.rehearsal_rows
+        } else {
+            0
+        };
+        let chunks = (0..config.batch_size.div_ceil(CHUNK) + rehearsal_rows.div_ceil(CHUNK))
             .map(|_| {
                 Chunk::new(
                     &actor.network,
@@ -261,6 +274,7 @@ impl<T: Real> Learner<T> {
             temperature,
             updates: 0,
             stats: UpdateStats::default(),
+            rehearsed: Rehearsed::default(),
             chunks,
             squares: vec![0.0; ranges],
             workers,
@@ -391,7 +405,8 @@ impl<T: Real> Learner<T> {
         let (actor, critics, targets) = (&self.actor, &self.critics, &self.targets);
         let alpha = T::from_f64(self.temperature.alpha);
         let rows = batch.rows();
-        self.workers.for_each(&mut self.chunks, |index, chunk| {
+        let chunks = &mut self.chunks[..rows.div_ceil(CHUNK)];
+        self.workers.for_each(chunks, |index, chunk| {
             let first = index * CHUNK;
             let last = (first + CHUNK).min(rows);
             chunk.critic_pass(
@@ -405,14 +420,14 @@ impl<T: Real> Learner<T> {
                 alpha,
             );
         });
-        let sums = self.sums();
+        let sums = sums(chunks);
         let per_row = 1.0 / rows as f64;
         self.stats.critic_loss = sums.critic_loss.map(|loss| loss * per_row);
         self.stats.mean_q = 0.5 * sums.q * per_row;
         self.stats.mean_target = sums.target * per_row;
         let norms = reduce(
             &mut self.workers,
-            &self.chunks,
+            chunks,
             &mut self.critics,
             &mut self.squares,
             |chunk, network| &chunk.critic_gradients[network],
@@ -448,19 +463,31 @@ impl<T: Real> Learner<T> {
             .as_ref()
             .filter(|_| self.config.mirror_loss_weight > 0.0)
             .map(|mirror| (mirror, T::from_f64(self.config.mirror_loss_weight)));
-        self.workers.for_each(&mut self.chunks, |index, chunk| {
-            let first = index * CHUNK;
-            let last = (first + CHUNK).min(rows);
-            chunk.actor_pass(actor, critics, mirror, batch, noise, first, last, alpha);
+        let (rehearsed, action_size) = (&self.rehearsed, self.action_size);
+        let rehearsed_rows = rehearsed.actions.len() / action_size;
+        let weight = T::from_f64(self.config.rehearsal_weight / rehearsed_rows.max(1) as f64);
+        let batch_chunks = rows.div_ceil(CHUNK);
+        let chunks = &mut self.chunks[..batch_chunks + rehearsed_rows.div_ceil(CHUNK)];
+        self.workers.for_each(chunks, |index, chunk| {
+            if let Some(index) = index.checked_sub(batch_chunks) {
+                let first = index * CHUNK;
+                let last = (first + CHUNK).min(rehearsed_rows);
+                chunk.rehearsal_pass(actor, rehearsed, action_size, first, last, weight);
+            } else {
+                let first = index * CHUNK;
+                let last = (first + CHUNK).min(rows);
+                chunk.actor_pass(actor, critics, mirror, batch, noise, first, last, alpha);
+            }
         });
-        let sums = self.sums();
+        let sums = sums(chunks);
         let per_row = 1.0 / rows as f64;
         self.stats.actor_loss = sums.actor_loss * per_row;
         self.stats.mirror_loss = sums.mirror_loss * per_row;
+        self.stats.rehearsal_loss = sums.rehearsal_loss / rehearsed_rows.max(1) as f64;
         self.stats.entropy = -sums.log_prob * per_row;
         let norms = reduce(
             &mut self.workers,
-            &self.chunks,
+            chunks,
             std::slice::from_mut(&mut self.actor),
             &mut self.squares,
             |chunk, _| &chunk.actor_gradient,
@@ -520,20 +547,21 @@ impl<T: Real> Learner<T> {
         [state.second_moment] = second;
         state.alpha = state.log_alpha.exp();
     }
+}
 
-    fn sums(&self) -> Sums {
-        let mut total = Sums::default();
-        for Chunk { sums, .. } in &self.chunks {
-            total.critic_loss[0] += sums.critic_loss[0];
-            total.critic_loss[1] += sums.critic_loss[1];
-            total.q += sums.q;
-            total.target += sums.target;
-            total.actor_loss += sums.actor_loss;
-            total.mirror_loss += sums.mirror_loss;
-            total.log_prob += sums.log_prob;
-        }
-        total
+fn sums<T>(chunks: &[Chunk<T>]) -> Sums {
+    let mut total = Sums::default();
+    for Chunk { sums, .. } in chunks {
+        total.critic_loss[0] += sums.critic_loss[0];
+        total.critic_loss[1] += sums.critic_loss[1];
+        total.q += sums.q;
+        total.target += sums.target;
+        total.actor_loss += sums.actor_loss;
+        total.mirror_loss += sums.mirror_loss;
+        total.rehearsal_loss += sums.rehearsal_loss;
+        total.log_prob += sums.log_prob;
     }
+    total
 }
 
 pub(crate) fn actor_shape(
@@ -910,6 +938,47 @@ impl<T: Real> Chunk<T> {
             &mut self.actor_gradient,
         );
         self.sums = sums;
+    }
+
+    /// Pairs `first..last`: loss weight · Σ |μ(s) − a|², gradient.
+    fn rehearsal_pass(
+        &mut self,
+        actor: &Trained<T>,
+        rehearsed: &Rehearsed<T>,
+        action_size: usize,
+        first: usize,
+        last: usize,
+        weight: T,
+    ) {
+        let rows = last - first;
+        let observation_size = actor.network.shape().inputs;
+        let observations =
+            &rehearsed.observations[first * observation_size..last * observation_size];
+        let actions = &rehearsed.actions[first * action_size..last * action_size];
+        let network = &actor.network;
+        network.forward(rows, observations, observation_size, &mut self.actor);
+        let outputs = rows * 2 * action_size;
+        let sum = imitate(
+            action_size,
+            &self.actor.out[..outputs],
+            actions,
+            weight,
+            &mut self.d_actor[..outputs],
+        );
+        network.backward(
+            &actor.transposed,
+            rows,
+            observations,
+            observation_size,
+            &self.actor,
+            &self.d_actor,
+            &mut self.actor_deltas,
+            &mut self.actor_gradient,
+        );
+        self.sums = Sums {
+            rehearsal_loss: sum.to_f64(),
+            ..Sums::default()
+        };
     }
 }
 

@@ -72,6 +72,7 @@ pub mod network;
 mod policy;
 mod random;
 mod real;
+mod rehearsal;
 mod replay;
 mod workers;
 
@@ -84,5 +85,6 @@ pub use network::{Mlp, MlpShape, NamedTensor};
 pub use policy::{Policy, PolicyError};
 pub use random::streams;
 pub use real::{Buffer, LINE, Real};
+pub use rehearsal::{Rehearsal, Rehearsed};
 pub use replay::{Batch, ReplayBuffer, Sampling, Transitions};
 pub use workers::Workers;

@@ -10,8 +10,8 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use gaitshift_sac::{
-    Agent, Mirror, NamedTensor, ReplayBuffer, SacConfig, SacError, Temperature, Transitions,
-    UpdateStats,
+    Agent, Mirror, NamedTensor, Rehearsal, ReplayBuffer, SacConfig, SacError, Temperature,
+    Transitions, UpdateStats,
 };
 
 /// Counts the allocations of each thread.
@@ -63,6 +63,8 @@ fn config(threads: usize) -> SacConfig {
         actor_every: 2,
         mirror_loss_weight: 0.5,
         mirrored_fraction: 0.5,
+        rehearsal_weight: 0.7,
+        rehearsal_rows: 70,
         actor_average_decay: 0.95,
         noise_correlation: 0.8,
         max_grad_norm: Some(1.0),
@@ -158,8 +160,21 @@ fn parameters(agent: &Agent) -> Vec<u32> {
     all
 }
 
+fn rehearsal() -> Rehearsal {
+    let numbers = |count: usize| (0..count).map(|k| (0.7 * k as f32).sin()).collect();
+    Rehearsal::new(
+        OBSERVATIONS,
+        ACTIONS,
+        numbers(90 * OBSERVATIONS),
+        numbers(90 * ACTIONS),
+    )
+    .unwrap()
+}
+
 fn start(threads: usize, seed: u64) -> (Agent, ReplayBuffer, Task) {
-    let agent = Agent::new(config(threads), OBSERVATIONS, ACTIONS, Some(mirror()), seed).unwrap();
+    let mut agent =
+        Agent::new(config(threads), OBSERVATIONS, ACTIONS, Some(mirror()), seed).unwrap();
+    agent.rehearse(rehearsal()).unwrap();
     let replay = ReplayBuffer::new(600, STREAMS, OBSERVATIONS, ACTIONS).unwrap();
     (agent, replay, Task::new())
 }
@@ -206,6 +221,7 @@ fn a_resumed_run_goes_on_bit_for_bit() {
         assert_eq!(resumed.updates(), pause as u64);
         assert_eq!(resumed.mirror(), Some(&mirror()));
         assert_eq!(resumed.config(), &config(1));
+        assert_eq!(resumed.rehearsal(), Some(&rehearsal()));
         resumed_stats.extend(run(&mut resumed, &mut loaded, &mut again, 40));
         assert_eq!(stats, resumed_stats);
         assert!(parameters(&agent) == parameters(&resumed));

@@ -1,0 +1,149 @@
+//! The walk of the first phases, remembered: states of the best walk found there and what it did in
+//! them, for the learner to rehearse while it learns to run.
+
+use gaitshift_body::Body;
+use gaitshift_sac::{Policy, Rehearsal, SacError};
+use gaitshift_task::{
+    ACTION_SIZE, EndReason, EnvironmentBatch, OBSERVATION_SIZE, PhaseSettings, TaskParameters,
+    scale_observation,
+};
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
+
+/// Environments that the walk is collected from.
+const ENVIRONMENTS: usize = 32;
+/// What is forgotten before a fall, in s: nothing there is worth imitating.
+const BEFORE_FALL_S: f64 = 1.0;
+
+/// Whether, when and how the walk is rehearsed. *Not in the paper.*
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RehearsalParameters {
+    /// Environment step from which on the best walk of the evaluations so far is rehearsed; 0: never.
+    pub after_steps: u64,
+    /// Weight w of the loss w · mean |μ(s) − a|² in the actor's loss.
+    pub weight: f64,
+    /// Remembered pairs in an update.
+    pub rows: usize,
+    /// Pairs remembered.
+    pub states: usize,
+    /// Commands under which the walk is remembered.
+    pub omega_v: [f64; 2],
+}
+
+impl Default for RehearsalParameters {
+    fn default() -> Self {
+        Self {
+            after_steps: 0,
+            weight: 1.0,
+            rows: 64,
+            states: 50_000,
+            omega_v: [-0.2, 0.2],
+        }
+    }
+}
+
+impl RehearsalParameters {
+    /// Whether there is any.
+    pub fn enabled(&self) -> bool {
+        self.after_steps > 0
+    }
+
+    /// Checks every value; the error is a sentence that names the key.
+    pub(crate) fn validate(&self) -> Result<(), String> {
+        let error = |key: &str, value: String, accepted: &str| {
+            Err(format!(
+                "`training.rehearsal.{key}` is {value}, but it must be {accepted}"
+            ))
+        };
+        if !(self.weight.is_finite() && self.weight > 0.0) {
+            return error("weight", self.weight.to_string(), "greater than 0");
+        }
+        if !(1..=65536).contains(&self.rows) {
+            return error("rows", self.rows.to_string(), "between 1 and 65536");
+        }
+        if !(1000..=10_000_000).contains(&self.states) {
+            let accepted = "between 1000 and 10000000";
+            return error("states", self.states.to_string(), accepted);
+        }
+        let [low, high] = self.omega_v;
+        if !(low.is_finite() && high.is_finite() && low <= high) {
+            let accepted = "[low, high] with low <= high";
+            return error("omega_v", format!("{:?}", self.omega_v), accepted);
+        }
+        Ok(())
+    }
+
+    /// Lets `policy` act, with its own exploration, so that its answers to small disturbances are
+    /// remembered too; what is remembered of an action is its mean.
+    ///
+    /// # Errors
+    /// When the policy is none for this task, or falls so often that nothing is left.
+    pub(crate) fn collect(
+        &self,
+        policy: &mut Policy,
+        body: &Body,
+        task: &TaskParameters,
+        settings: &PhaseSettings,
+        seed: u64,
+    ) -> Result<Rehearsal, SacError> {
+        let settings = PhaseSettings {
+            omega_v: self.omega_v,
+            ..settings.clone()
+        };
+        let count = ENVIRONMENTS;
+        let mut batch = EnvironmentBatch::new(body.clone(), task.clone(), count, seed, &settings);
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x7265_6865);
+        let mut observations = vec![0.0; count * OBSERVATION_SIZE];
+        let mut actions = vec![0.0; count * ACTION_SIZE];
+        let mut means = actions.clone();
+        let mut log_probs = vec![0.0; count];
+        let before_fall = (BEFORE_FALL_S / task.control_period_s).round() as usize;
+        // Each environment's states of the running episode, and those of finished ones.
+        let mut episodes = vec![(Vec::new(), Vec::new()); count];
+        let (mut states, mut answers) = (Vec::new(), Vec::new());
+        let mut keep = |(o, a): &mut (Vec<f32>, Vec<f32>), fell: bool| {
+            let rows = a.len() / ACTION_SIZE;
+            let rows = if fell {
+                rows.saturating_sub(before_fall)
+            } else {
+                rows
+            };
+            states.extend_from_slice(&o[..rows * OBSERVATION_SIZE]);
+            answers.extend_from_slice(&a[..rows * ACTION_SIZE]);
+            o.clear();
+            a.clear();
+        };
+        for _ in 0..self.states.div_ceil(count) {
+            for (environment, out) in batch
+                .environments()
+                .iter()
+                .zip(observations.chunks_exact_mut(OBSERVATION_SIZE))
+            {
+                scale_observation(&environment.observation(), out);
+            }
+            policy.sample(&observations, &mut rng, &mut actions, &mut log_probs)?;
+            policy.mean_action(&observations, &mut means)?;
+            for (i, episode) in episodes.iter_mut().enumerate() {
+                let row = i * OBSERVATION_SIZE..(i + 1) * OBSERVATION_SIZE;
+                episode.0.extend_from_slice(&observations[row]);
+                let row = i * ACTION_SIZE..(i + 1) * ACTION_SIZE;
+                episode.1.extend_from_slice(&means[row.clone()]);
+                let command = [
+                    f64::from(actions[row.start]),
+                    f64::from(actions[row.start + 1]),
+                ];
+                let (outcome, _) = batch.step(i, command, 0.0, &settings);
+                if let Some(ended) = outcome.ended {
+                    keep(episode, ended != EndReason::TimeLimit);
+                    batch.reset(i, &settings);
+                }
+            }
+        }
+        for episode in &mut episodes {
+            keep(episode, false);
+        }
+        Rehearsal::new(OBSERVATION_SIZE, ACTION_SIZE, states, answers)
+    }
+}
