@@ -19,7 +19,7 @@ pub use config::{
 };
 pub use controller::{Controller, ControllerError, Deterministic, Provenance};
 pub use profile::{CommandProfile, ProfileError};
-pub use rehearsal::RehearsalParameters;
+pub use rehearsal::{RehearsalParameters, best_walk};
 pub use rollout::{Control, Rollout};
 pub use run_folder::TrainingError;
 pub use schedule::{Course, Schedule};

@@ -1,11 +1,14 @@
 //! The walk of the first phases, remembered: states of the best walk found there and what it did in
 //! them, for the learner to rehearse while it learns to run.
 
+use crate::acceptance::{Criteria, judge};
+use crate::rollout::Control;
+use gaitshift_analysis::recording::RowError;
 use gaitshift_body::Body;
 use gaitshift_sac::{Policy, Rehearsal, SacError};
 use gaitshift_task::{
-    ACTION_SIZE, EndReason, EnvironmentBatch, OBSERVATION_SIZE, PhaseSettings, TaskParameters,
-    scale_observation,
+    ACTION_SIZE, EndReason, EnvironmentBatch, OBSERVATION_SCALE, OBSERVATION_SIZE, PhaseSettings,
+    TaskParameters, scale_observation,
 };
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -15,6 +18,64 @@ use serde::{Deserialize, Serialize};
 const ENVIRONMENTS: usize = 32;
 /// What is forgotten before a fall, in s: nothing there is worth imitating.
 const BEFORE_FALL_S: f64 = 1.0;
+
+/// Shifts of the command that are tried on a walk.
+const SHIFTS: [f64; 13] = [
+    0.0, -0.05, 0.05, -0.1, 0.1, -0.15, 0.15, -0.2, 0.2, -0.25, 0.25, -0.3, 0.3,
+];
+/// Where the command stands in an observation.
+const COMMAND: usize = OBSERVATION_SIZE - 1;
+
+/// A policy that is told another command than it is given: `ω_v + shift`.
+struct Shifted<'a> {
+    policy: &'a mut Policy,
+    shift: f64,
+}
+
+impl Control for Shifted<'_> {
+    fn act(&mut self, observation: &[f32; OBSERVATION_SIZE], action: &mut [f32; ACTION_SIZE]) {
+        let mut told = *observation;
+        told[COMMAND] += self.shift as f32 * OBSERVATION_SCALE[COMMAND];
+        // Sizes are those of every policy of this program.
+        if self.policy.mean_action(&told, action).is_err() {
+            action.fill(0.0);
+        }
+    }
+}
+
+/// How good a walk is at the walking command, and the shift of the command that makes it so: a learner
+/// left to itself finds the walk that pays best, whose speed differs from seed to seed.
+///
+/// # Errors
+/// A recording that refuses a row.
+pub fn best_walk(
+    policy: &mut Policy,
+    body: &Body,
+    task: &TaskParameters,
+) -> Result<(f64, f64), RowError> {
+    let criteria = Criteria {
+        phases: 0,
+        ..Criteria::default()
+    };
+    let criteria = Criteria {
+        omega_v: vec![criteria.walking_omega_v],
+        ..criteria
+    };
+    let middle = 0.5 * (criteria.walking_froude + criteria.froude_span[0]);
+    let mut best = (f64::NEG_INFINITY, 0.0, 0.0);
+    for shift in SHIFTS {
+        let mut control = Shifted { policy, shift };
+        let judgement = judge(body, task, &criteria, &mut control)?;
+        let froude = judgement.rows[0].summary.froude.unwrap_or(0.0);
+        // Between two that meet as much, the one with more room on either side.
+        let room = -(froude - middle).abs();
+        let score = judgement.walking_score();
+        if (score, room) > (best.0, best.1) {
+            best = (score, room, shift);
+        }
+    }
+    Ok((best.0, best.2))
+}
 
 /// Whether, when and how the walk is rehearsed. *Not in the paper.*
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,7 +100,7 @@ impl Default for RehearsalParameters {
             weight: 1.0,
             rows: 64,
             states: 50_000,
-            omega_v: [-0.2, 0.2],
+            omega_v: [-0.1, 0.2],
         }
     }
 }
@@ -76,18 +137,21 @@ impl RehearsalParameters {
     }
 
     /// Lets `policy` act, with its own exploration, so that its answers to small disturbances are
-    /// remembered too; what is remembered of an action is its mean.
+    /// remembered too; what is remembered of an action is its mean. It is told its command plus `shift`,
+    /// and remembered under the command itself.
     ///
     /// # Errors
     /// When the policy is none for this task, or falls so often that nothing is left.
-    pub(crate) fn collect(
+    pub fn collect(
         &self,
         policy: &mut Policy,
         body: &Body,
         task: &TaskParameters,
         settings: &PhaseSettings,
+        shift: f64,
         seed: u64,
     ) -> Result<Rehearsal, SacError> {
+        let shift = shift as f32 * OBSERVATION_SCALE[COMMAND];
         let settings = PhaseSettings {
             omega_v: self.omega_v,
             ..settings.clone()
@@ -122,12 +186,16 @@ impl RehearsalParameters {
                 .zip(observations.chunks_exact_mut(OBSERVATION_SIZE))
             {
                 scale_observation(&environment.observation(), out);
+                out[COMMAND] += shift;
             }
             policy.sample(&observations, &mut rng, &mut actions, &mut log_probs)?;
             policy.mean_action(&observations, &mut means)?;
             for (i, episode) in episodes.iter_mut().enumerate() {
                 let row = i * OBSERVATION_SIZE..(i + 1) * OBSERVATION_SIZE;
                 episode.0.extend_from_slice(&observations[row]);
+                if let Some(command) = episode.0.last_mut() {
+                    *command -= shift;
+                }
                 let row = i * ACTION_SIZE..(i + 1) * ACTION_SIZE;
                 episode.1.extend_from_slice(&means[row.clone()]);
                 let command = [

@@ -8,6 +8,7 @@
 use crate::acceptance::{Criteria, Judgement, judge};
 use crate::config::{Experiment, Symmetry};
 use crate::controller::{Controller, Deterministic, Provenance};
+use crate::rehearsal::best_walk;
 use crate::run_folder::{RunFolder, TrainingError};
 use gaitshift_body::Body;
 use gaitshift_sac::{
@@ -419,14 +420,13 @@ impl Training {
         } else {
             self.policy()
         };
-        let e = &self.experiment;
-        let rehearsal = e.training.rehearsal.collect(
-            &mut policy,
-            self.batch.body(),
-            &e.task,
-            settings,
-            e.seed,
-        )?;
+        let (body, e) = (self.batch.body(), &self.experiment);
+        let (_, shift) = best_walk(&mut policy, body, &e.task)
+            .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
+        let rehearsal =
+            e.training
+                .rehearsal
+                .collect(&mut policy, body, &e.task, settings, shift, e.seed)?;
         Ok(self.agent.rehearse(rehearsal)?)
     }
 
@@ -659,10 +659,15 @@ impl Training {
             c.best_met = judgement.met();
             controller.write(&self.folder.file("controller.safetensors"))?;
         }
-        let after = self.experiment.training.rehearsal.after_steps;
-        if c.step <= after && judgement.walking_score() > c.walking_score {
-            c.walking_score = judgement.walking_score();
-            controller.write(&self.folder.file(WALK_FILE))?;
+        if c.step <= self.experiment.training.rehearsal.after_steps {
+            let task = &self.experiment.task;
+            let (score, _) = best_walk(&mut controller.policy, self.batch.body(), task)
+                .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
+            // Of two that are as good, the later one has been practised for longer.
+            if score >= c.walking_score {
+                c.walking_score = score;
+                controller.write(&self.folder.file(WALK_FILE))?;
+            }
         }
         if judgement.accepted() && c.accepted_at_step.is_none() {
             c.accepted_at_step = Some(c.step);

@@ -88,6 +88,30 @@ fn mistakes_are_reported_with_file_and_key() {
             vec!["mirrored_fraction", "symmetry"],
         ),
         (
+            "[learner]\nrehearsal_weight = 1.0",
+            vec!["rehearsal_weight", "training.rehearsal"],
+        ),
+        (
+            "[training.rehearsal]\nweight = 0.0",
+            vec!["mine.toml", "training.rehearsal.weight", "greater than 0"],
+        ),
+        (
+            "[training.rehearsal]\nrows = 0",
+            vec!["training.rehearsal.rows"],
+        ),
+        (
+            "[training.rehearsal]\nstates = 10",
+            vec!["training.rehearsal.states", "1000"],
+        ),
+        (
+            "[training.rehearsal]\nomega_v = [0.2, -0.2]",
+            vec!["training.rehearsal.omega_v", "low <= high"],
+        ),
+        (
+            "[training]\nmetrics_interval_steps = 0",
+            vec!["training.metrics_interval_steps"],
+        ),
+        (
             "[training]\nenvironments = 0",
             vec!["training.environments"],
         ),

@@ -353,7 +353,7 @@ impl Agent {
             for ((name, size), values) in REHEARSAL
                 .into_iter()
                 .zip(rehearsal.sizes())
-                .zip([&rehearsal.observations, &rehearsal.actions])
+                .zip([rehearsal.observations(), rehearsal.actions()])
             {
                 tensors.push((
                     name.to_owned(),

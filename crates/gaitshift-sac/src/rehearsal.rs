@@ -17,8 +17,8 @@ use crate::replay::length;
 pub struct Rehearsal {
     observation_size: usize,
     action_size: usize,
-    pub(crate) observations: Vec<f32>,
-    pub(crate) actions: Vec<f32>,
+    observations: Vec<f32>,
+    actions: Vec<f32>,
 }
 
 impl Rehearsal {
@@ -61,6 +61,16 @@ impl Rehearsal {
     /// Numbers per observation and per action.
     pub fn sizes(&self) -> [usize; 2] {
         [self.observation_size, self.action_size]
+    }
+
+    /// Rows × observation size.
+    pub fn observations(&self) -> &[f32] {
+        &self.observations
+    }
+
+    /// Rows × action size.
+    pub fn actions(&self) -> &[f32] {
+        &self.actions
     }
 
     /// Remembered pairs.
