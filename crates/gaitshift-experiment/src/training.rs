@@ -115,6 +115,8 @@ struct Recent {
     actor_loss: f64,
     mean_q: f64,
     entropy: f64,
+    #[serde(default)]
+    rehearsal_loss: f64,
     /// Return and whether it fell, of up to 100 episodes.
     episodes: std::collections::VecDeque<(f64, bool)>,
 }
@@ -555,6 +557,7 @@ impl Training {
             recent.actor_loss += stats.actor_loss;
             recent.mean_q += stats.mean_q;
             recent.entropy += stats.entropy;
+            recent.rehearsal_loss += stats.rehearsal_loss;
         }
         Ok(())
     }
@@ -581,6 +584,10 @@ impl Training {
             ("learner/actor_loss".to_owned(), recent.actor_loss / updates),
             ("learner/mean_q".to_owned(), recent.mean_q / updates),
             ("learner/entropy".to_owned(), recent.entropy / updates),
+            (
+                "learner/rehearsal_loss".to_owned(),
+                recent.rehearsal_loss / updates,
+            ),
             ("learner/alpha".to_owned(), self.agent.alpha()),
             ("learner/diverged".to_owned(), c.diverged as f64),
         ];
