@@ -1,8 +1,9 @@
 //! The walk of the first phases, remembered: states of the best walk found there and what it did in
 //! them, for the learner to rehearse while it learns to run.
 
-use crate::acceptance::{Criteria, judge};
+use crate::acceptance::{Criteria, Judgement, judge};
 use crate::rollout::Control;
+use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::recording::RowError;
 use gaitshift_body::Body;
 use gaitshift_sac::{Policy, Rehearsal, SacError};
@@ -19,10 +20,9 @@ const ENVIRONMENTS: usize = 32;
 /// What is forgotten before a fall, in s: nothing there is worth imitating.
 const BEFORE_FALL_S: f64 = 1.0;
 
-/// Shifts of the command that are tried on a walk.
-const SHIFTS: [f64; 13] = [
-    0.0, -0.05, 0.05, -0.1, 0.1, -0.15, 0.15, -0.2, 0.2, -0.25, 0.25, -0.3, 0.3,
-];
+/// Shifts of the command that are tried on a walk: this many either way, this far apart.
+const SHIFTS: i32 = 7;
+const SHIFT: f64 = 0.05;
 /// Where the command stands in an observation.
 const COMMAND: usize = OBSERVATION_SIZE - 1;
 
@@ -44,7 +44,8 @@ impl Control for Shifted<'_> {
 }
 
 /// How good a walk is at the walking command, and the shift of the command that makes it so: a learner
-/// left to itself finds the walk that pays best, whose speed differs from seed to seed.
+/// left to itself finds the walk that pays best, whose speed differs from seed to seed. The score is that
+/// of the walking criteria under the best shift, and one more for each neighbouring shift under which it walks too.
 ///
 /// # Errors
 /// A recording that refuses a row.
@@ -61,17 +62,23 @@ pub fn best_walk(
         omega_v: vec![criteria.walking_omega_v],
         ..criteria
     };
-    let middle = 0.5 * (criteria.walking_froude + criteria.froude_span[0]);
-    let mut best = (f64::NEG_INFINITY, 0.0, 0.0);
-    for shift in SHIFTS {
+    let mut walks = Vec::new();
+    for k in -SHIFTS..=SHIFTS {
+        let shift = SHIFT * f64::from(k);
         let mut control = Shifted { policy, shift };
         let judgement = judge(body, task, &criteria, &mut control)?;
-        let froude = judgement.rows[0].summary.froude.unwrap_or(0.0);
+        walks.push((shift, judgement));
+    }
+    let walking = |j: &Judgement| f64::from(j.rows[0].summary.gait == GaitClass::Walking);
+    let middle = 0.5 * (criteria.walking_froude + criteria.froude_span[0]);
+    let mut best = (f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0);
+    for three in walks.windows(3) {
+        let (shift, judgement) = &three[1];
+        let score = judgement.walking_score() + walking(&three[0].1) + walking(&three[2].1);
         // Between two that meet as much, the one with more room on either side.
-        let room = -(froude - middle).abs();
-        let score = judgement.walking_score();
+        let room = -(judgement.rows[0].summary.froude.unwrap_or(0.0) - middle).abs();
         if (score, room) > (best.0, best.1) {
-            best = (score, room, shift);
+            best = (score, room, *shift);
         }
     }
     Ok((best.0, best.2))
