@@ -42,6 +42,9 @@ pub struct TrainingParameters {
     pub metrics_interval_steps: u64,
     /// Environment steps between evaluations.
     pub evaluation_interval_steps: u64,
+    /// Each evaluation also tries the mean of the controllers of this many latest evaluations, and takes the
+    /// better of the two; 1 tries none.
+    pub average_evaluations: usize,
     /// Environment steps between checkpoints.
     pub checkpoint_interval_steps: u64,
     /// Stop at the first evaluation that meets every criterion.
@@ -61,6 +64,7 @@ impl Default for TrainingParameters {
             rehearsal: RehearsalParameters::default(),
             metrics_interval_steps: 20_000,
             evaluation_interval_steps: 250_000,
+            average_evaluations: 1,
             checkpoint_interval_steps: 1_000_000,
             stop_when_accepted: false,
             replay_capacity: 1_000_000,
@@ -306,6 +310,12 @@ impl Experiment {
                 t.evaluation_interval_steps as f64,
                 t.evaluation_interval_steps > 0,
                 "1 or greater",
+            ),
+            (
+                "average_evaluations",
+                t.average_evaluations as f64,
+                (1..=100).contains(&t.average_evaluations),
+                "between 1 and 100",
             ),
             (
                 "checkpoint_interval_steps",

@@ -28,8 +28,15 @@ pub struct Provenance {
     pub environment_steps: u64,
     /// Updates of the learner behind it.
     pub updates: u64,
+    /// Number of latest evaluations whose controllers' mean it is; 1 for one by itself.
+    #[serde(default = "one")]
+    pub averaged_evaluations: usize,
     /// Version of the program.
     pub version: String,
+}
+
+fn one() -> usize {
+    1
 }
 
 /// A trained policy with the body and task it was trained for.

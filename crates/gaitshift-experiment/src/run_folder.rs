@@ -241,6 +241,7 @@ struct EvaluationLine<'a> {
     met: usize,
     score: f64,
     accepted: bool,
+    averaged_evaluations: usize,
     #[serde(flatten)]
     judgement: &'a Judgement,
 }
@@ -267,6 +268,7 @@ impl Logs {
         &mut self,
         step: u64,
         elapsed_s: f64,
+        averaged_evaluations: usize,
         j: &Judgement,
     ) -> Result<(), TrainingError> {
         let line = EvaluationLine {
@@ -275,6 +277,7 @@ impl Logs {
             met: j.met(),
             score: j.score(),
             accepted: j.accepted(),
+            averaged_evaluations,
             judgement: j,
         };
         let text = serde_json::to_string(&line)

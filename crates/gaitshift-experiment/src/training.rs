@@ -97,6 +97,9 @@ struct Counters {
     /// Of the best walk so far, which is kept where the walk is going to be rehearsed.
     #[serde(default)]
     walking_score: f64,
+    /// Steps of the latest evaluations, whose controllers' mean the next one tries.
+    #[serde(default)]
+    latest_evaluations: Vec<u64>,
     criteria: usize,
     accepted_at_step: Option<u64>,
     accepted_after_s: Option<f64>,
@@ -637,6 +640,7 @@ impl Training {
                 seed: self.experiment.seed,
                 environment_steps: self.counters.step,
                 updates: self.counters.updates,
+                averaged_evaluations: 1,
                 version: env!("CARGO_PKG_VERSION").to_owned(),
             },
         }
@@ -648,14 +652,29 @@ impl Training {
         logs: &mut Logs,
     ) -> Result<(), TrainingError> {
         let mut controller = self.controller();
-        let judgement = judge(
-            self.batch.body(),
-            &self.experiment.task,
-            &self.criteria,
-            &mut Deterministic(&mut controller.policy),
-        )
-        .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
+        let mut judgement = self.judge(&mut controller.policy)?;
         controller.write(&self.folder.evaluated(self.counters.step)?)?;
+        self.keep_best_walk(&mut controller)?;
+        let latest = &mut self.counters.latest_evaluations;
+        latest.push(self.counters.step);
+        let surplus = latest
+            .len()
+            .saturating_sub(self.experiment.training.average_evaluations);
+        latest.drain(..surplus);
+        if latest.len() > 1 {
+            let mut policies = Vec::new();
+            for &step in latest.iter() {
+                policies.push(Controller::read(&self.folder.evaluated(step)?)?.policy);
+            }
+            if let Some(mut mean) = Policy::mean(&policies.iter().collect::<Vec<_>>()) {
+                let of_mean = self.judge(&mut mean)?;
+                if of_mean.score() > judgement.score() {
+                    judgement = of_mean;
+                    controller.policy = mean;
+                    controller.provenance.averaged_evaluations = policies.len();
+                }
+            }
+        }
         let best = judgement.score() > self.counters.best_score;
         let c = &mut self.counters;
         c.verdict = verdict(&judgement);
@@ -666,23 +685,41 @@ impl Training {
             c.best_met = judgement.met();
             controller.write(&self.folder.file("controller.safetensors"))?;
         }
-        if c.step <= self.experiment.training.rehearsal.after_steps {
-            let task = &self.experiment.task;
-            let (score, _) = best_walk(&mut controller.policy, self.batch.body(), task)
-                .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
-            // Of two that are as good, the later one has been practised for longer.
-            if score >= c.walking_score {
-                c.walking_score = score;
-                controller.write(&self.folder.file(WALK_FILE))?;
-            }
-        }
         if judgement.accepted() && c.accepted_at_step.is_none() {
             c.accepted_at_step = Some(c.step);
             c.accepted_after_s = Some(c.elapsed_s);
             controller.write(&self.folder.file("controller-accepted.safetensors"))?;
         }
-        logs.evaluation(c.step, c.elapsed_s, &judgement)?;
+        let averaged = controller.provenance.averaged_evaluations;
+        logs.evaluation(c.step, c.elapsed_s, averaged, &judgement)?;
         observer.evaluated(&self.progress(), &judgement, best);
+        Ok(())
+    }
+
+    fn judge(&self, policy: &mut Policy) -> Result<Judgement, TrainingError> {
+        judge(
+            self.batch.body(),
+            &self.experiment.task,
+            &self.criteria,
+            &mut Deterministic(policy),
+        )
+        .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))
+    }
+
+    /// Keeps the controller if it is going to be rehearsed and walks best of all so far.
+    fn keep_best_walk(&mut self, controller: &mut Controller) -> Result<(), TrainingError> {
+        let c = &mut self.counters;
+        if c.step > self.experiment.training.rehearsal.after_steps {
+            return Ok(());
+        }
+        let task = &self.experiment.task;
+        let (score, _) = best_walk(&mut controller.policy, self.batch.body(), task)
+            .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
+        // Of two that are as good, the later one has been practised for longer.
+        if score >= c.walking_score {
+            c.walking_score = score;
+            controller.write(&self.folder.file(WALK_FILE))?;
+        }
         Ok(())
     }
 
