@@ -147,10 +147,10 @@ impl RehearsalParameters {
 
     /// Lets `policy` act, with its own exploration, so that its answers to small disturbances are
     /// remembered too; what is remembered of an action is its mean. It is told its command plus `shift`,
-    /// and remembered under the command itself.
+    /// and remembered under the command itself. Nothing if it falls so often that nothing is left.
     ///
     /// # Errors
-    /// When the policy is none for this task, or falls so often that nothing is left.
+    /// When the policy is none for this task.
     pub fn collect(
         &self,
         policy: &mut Policy,
@@ -159,7 +159,7 @@ impl RehearsalParameters {
         settings: &PhaseSettings,
         shift: f64,
         seed: u64,
-    ) -> Result<Rehearsal, SacError> {
+    ) -> Result<Option<Rehearsal>, SacError> {
         let shift = shift as f32 * OBSERVATION_SCALE[COMMAND];
         let settings = PhaseSettings {
             omega_v: self.omega_v,
@@ -221,6 +221,9 @@ impl RehearsalParameters {
         for episode in &mut episodes {
             keep(episode, false);
         }
-        Rehearsal::new(OBSERVATION_SIZE, ACTION_SIZE, states, answers)
+        if states.is_empty() {
+            return Ok(None);
+        }
+        Rehearsal::new(OBSERVATION_SIZE, ACTION_SIZE, states, answers).map(Some)
     }
 }

@@ -52,6 +52,8 @@ pub trait Observer {
     fn progress(&mut self, progress: &Progress);
     /// Called after each evaluation; `best` if it is the best so far.
     fn evaluated(&mut self, progress: &Progress, judgement: &Judgement, best: bool);
+    /// Called with what else a person should know, a sentence or two.
+    fn note(&mut self, text: &str);
     /// Asked after every step of the batch; `true` checkpoints and stops.
     fn stop_requested(&self) -> bool;
 }
@@ -100,6 +102,9 @@ struct Counters {
     /// Steps of the latest evaluations, whose controllers' mean the next one tries.
     #[serde(default)]
     latest_evaluations: Vec<u64>,
+    /// Whether the time to remember the walk has come.
+    #[serde(default)]
+    rehearsal_begun: bool,
     criteria: usize,
     accepted_at_step: Option<u64>,
     accepted_after_s: Option<f64>,
@@ -371,8 +376,10 @@ impl Training {
             let settings = e.curriculum.at(step, &e.task.reward);
             let after = e.training.rehearsal.after_steps;
             self.apply_schedule(step as f64 / total as f64)?;
-            if after > 0 && step >= after && self.agent.rehearsal().is_none() {
-                self.begin_rehearsal(&settings)?;
+            if after > 0 && step >= after && !self.counters.rehearsal_begun {
+                self.counters.rehearsal_begun = true;
+                let note = self.begin_rehearsal(&settings)?;
+                observer.note(&note);
             }
             self.collect(&settings, &mut logs.episodes)?;
             self.learn()?;
@@ -418,21 +425,32 @@ impl Training {
     }
 
     /// From here on the best walk so far is rehearsed.
-    fn begin_rehearsal(&mut self, settings: &PhaseSettings) -> Result<(), TrainingError> {
+    fn begin_rehearsal(&mut self, settings: &PhaseSettings) -> Result<String, TrainingError> {
         let file = self.folder.file(WALK_FILE);
-        let mut policy = if file.exists() {
-            Controller::read(&file)?.policy
+        let walk = if file.exists() {
+            Controller::read(&file)?
         } else {
-            self.policy()
+            self.controller()
         };
+        let (step, mut policy) = (walk.provenance.environment_steps, walk.policy);
         let (body, e) = (self.batch.body(), &self.experiment);
-        let (_, shift) = best_walk(&mut policy, body, &e.task)
+        let (score, shift) = best_walk(&mut policy, body, &e.task)
             .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
         let rehearsal =
             e.training
                 .rehearsal
                 .collect(&mut policy, body, &e.task, settings, shift, e.seed)?;
-        Ok(self.agent.rehearse(rehearsal)?)
+        let Some(rehearsal) = rehearsal else {
+            return Ok(format!(
+                "no walk to rehearse: the best so far, of step {step}, always falls at once"
+            ));
+        };
+        let states = rehearsal.rows();
+        self.agent.rehearse(rehearsal)?;
+        Ok(format!(
+            "rehearsing the walk of step {step} from here on: {states} states, command shifted by {shift:+.3}, \
+             {score:.1} of 6 walking criteria"
+        ))
     }
 
     fn apply_schedule(&mut self, share: f64) -> Result<(), TrainingError> {

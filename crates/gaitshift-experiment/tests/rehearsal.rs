@@ -34,6 +34,7 @@ fn remember(controller: &mut Controller, shift: f64, seed: u64) -> Rehearsal {
             seed,
         )
         .unwrap()
+        .unwrap()
 }
 
 #[test]

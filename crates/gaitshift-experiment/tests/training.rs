@@ -59,6 +59,9 @@ impl Observer for StopAt {
         assert_eq!(judgement.rows.len(), 8);
         self.2 += 1;
     }
+    fn note(&mut self, text: &str) {
+        assert!(text.starts_with("rehearsing the walk of step 4"), "{text}");
+    }
     fn stop_requested(&self) -> bool {
         self.0.is_some_and(|step| self.1 >= step)
     }

@@ -143,6 +143,10 @@ impl Observer for Watcher {
         self.say(&evaluation(p, judgement, best));
     }
 
+    fn note(&mut self, text: &str) {
+        self.say(text);
+    }
+
     fn stop_requested(&self) -> bool {
         self.interrupted() || self.stop_at_step.is_some_and(|stop| self.step >= stop)
     }
