@@ -449,7 +449,7 @@ impl Training {
         self.agent.rehearse(rehearsal)?;
         Ok(format!(
             "rehearsing the walk of step {step} from here on: {states} states, command shifted by {shift:+.3}, \
-             {score:.1} of 6 walking criteria"
+             score {score:.1} of 10"
         ))
     }
 
