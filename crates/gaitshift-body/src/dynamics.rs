@@ -77,6 +77,29 @@ pub struct Accelerations {
     pub forces: [LegForces; 2],
 }
 
+impl Accelerations {
+    /// Accelerations of the coordinates in the order of [`BodyState::positions`].
+    pub fn coordinates(&self) -> [f64; 11] {
+        let [
+            [psi_r, thigh_r, tibia_r, foot_r],
+            [psi_l, thigh_l, tibia_l, foot_l],
+        ] = self.legs;
+        [
+            self.x,
+            self.z,
+            self.theta,
+            psi_r - self.theta,
+            thigh_r,
+            thigh_r - foot_r,
+            thigh_r - tibia_r,
+            psi_l - self.theta,
+            thigh_l,
+            thigh_l - foot_l,
+            thigh_l - tibia_l,
+        ]
+    }
+}
+
 /// Outcome of [`Body::advance`]: means over the steps taken.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct AdvanceReport {

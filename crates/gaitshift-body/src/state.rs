@@ -159,4 +159,28 @@ impl BodyState {
             l.w_dot(),
         ]
     }
+
+    /// The state with the given positions and velocities, in the order of [`BodyState::positions`].
+    pub fn from_coordinates(positions: &[f64; 11], velocities: &[f64; 11]) -> Self {
+        let (q, v) = (positions, velocities);
+        let leg = |k: usize| LegState {
+            psi: q[2] + q[k],
+            psi_dot: v[2] + v[k],
+            thigh: q[k + 1],
+            thigh_dot: v[k + 1],
+            tibia: q[k + 1] - q[k + 3],
+            tibia_dot: v[k + 1] - v[k + 3],
+            foot: q[k + 1] - q[k + 2],
+            foot_dot: v[k + 1] - v[k + 2],
+        };
+        Self {
+            x: q[0],
+            z: q[1],
+            theta: q[2],
+            x_dot: v[0],
+            z_dot: v[1],
+            theta_dot: v[2],
+            legs: [leg(3), leg(7)],
+        }
+    }
 }

@@ -28,6 +28,16 @@ impl CommandProfile {
         }
     }
 
+    /// Straight lines through the points (time in s, command); `None` unless there is a point, all numbers are
+    /// finite and times increase.
+    pub fn through(points: &[(f64, f64)]) -> Option<Self> {
+        let finite = points.iter().all(|p| p.0.is_finite() && p.1.is_finite());
+        let increasing = points.windows(2).all(|p| p[0].0 < p[1].0);
+        (finite && increasing && !points.is_empty()).then(|| Self {
+            points: points.to_vec(),
+        })
+    }
+
     /// A linear ramp that begins at `start_s` and takes `ramp_s`.
     pub fn ramp(from: f64, to: f64, start_s: f64, ramp_s: f64) -> Self {
         Self {

@@ -52,6 +52,8 @@ pub enum Command {
     Evaluate(EvaluateArguments),
     Transition(TransitionArguments),
     Render(RenderArguments),
+    Analyse(AnalyseArguments),
+    Export(ExportArguments),
 }
 
 /// What moves, and how it starts.
@@ -360,6 +362,97 @@ pub struct RenderArguments {
         default_value = "12"
     )]
     pub poses: usize,
+}
+
+/// Describes recordings, whichever simulator wrote them, by the rules of `evaluate` and `transition`.
+///
+/// With --json, standard output is {"rows": [{"recording", "controller", "omega_v", "survived_s", ...}]} as
+/// in `evaluate`, or with --transition {"transitions": [{"recording", "controller", "ramp_start_s",
+/// "ramp_end_s", "gait_before", "gait_after", ...}]} as in `transition`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift analyse out/seed-7/omega_v_3.csv
+  gaitshift analyse --transition --json out/transition/recording.csv")]
+pub struct AnalyseArguments {
+    /// Recordings (CSV), one row each
+    #[arg(value_name = "RECORDING.csv", required = true)]
+    pub recordings: Vec<PathBuf>,
+
+    /// Compare the motion before the change of the command with that after it
+    #[arg(long, conflicts_with = "settling_s")]
+    pub transition: bool,
+
+    /// Time in s at the beginning that is left out of the figures, at most half of the motion
+    #[arg(long, value_name = "S", default_value = "5", allow_negative_numbers = true, value_parser = time_s)]
+    pub settling_s: f64,
+
+    /// Print the result as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Writes body, controller or recording for other programs.
+#[derive(Debug, Args)]
+#[command(subcommand_value_name = "FORMAT", subcommand_help_heading = "Formats")]
+#[command(after_long_help = "\
+Examples:
+  gaitshift export mjcf --out biped.xml
+  gaitshift export onnx --controller runs/fast-1/controller.safetensors --out policy.onnx
+  gaitshift export npz out/transition/recording.csv --out motion.npz")]
+pub struct ExportArguments {
+    /// What to write.
+    #[command(subcommand)]
+    pub format: ExportFormat,
+}
+
+/// What is exported, and as what.
+#[derive(Debug, Subcommand)]
+pub enum ExportFormat {
+    /// The body as MJCF, for MuJoCo
+    ///
+    /// The same masses, springs, dampers, actuators and joints; comments in the file say where contact differs.
+    Mjcf {
+        /// TOML file that changes the body, e.g. with the line `friction = 0.6`
+        #[arg(long, value_name = "FILE.toml")]
+        body: Option<PathBuf>,
+        /// Take the body that this controller was trained on [default: the default body]
+        #[arg(long, value_name = "FILE")]
+        controller: Option<PathBuf>,
+        /// File to write [default: standard output]
+        #[arg(short, long, value_name = "FILE.xml")]
+        out: Option<PathBuf>,
+    },
+    /// A controller's deterministic policy as ONNX
+    ///
+    /// In: `observation`, batch x 14 32-bit floats in SI units, not scaled. Out: `action`, batch x 2 in [-1, 1].
+    /// Names, units, control period, body and task stand in the file's metadata.
+    Onnx {
+        /// Controller file (`controller.safetensors` of a run) [default: the shipped controller]
+        #[arg(long, value_name = "FILE")]
+        controller: Option<PathBuf>,
+        /// File to write [default: standard output]
+        #[arg(short, long, value_name = "FILE.onnx")]
+        out: Option<PathBuf>,
+    },
+    /// A recording as CSV, checked and with exactly the documented columns
+    Csv {
+        /// Recording (CSV)
+        #[arg(value_name = "RECORDING.csv")]
+        recording: PathBuf,
+        /// File to write [default: standard output]
+        #[arg(short, long, value_name = "FILE.csv")]
+        out: Option<PathBuf>,
+    },
+    /// A recording as NPZ, for `numpy.load`: one array for each column, and its metadata as JSON text
+    Npz {
+        /// Recording (CSV)
+        #[arg(value_name = "RECORDING.csv")]
+        recording: PathBuf,
+        /// File to write [default: standard output]
+        #[arg(short, long, value_name = "FILE.npz")]
+        out: Option<PathBuf>,
+    },
 }
 
 fn number(text: &str) -> Result<f64, String> {

@@ -5,9 +5,11 @@
 //! the libraries and says what came out. Results go to standard output, everything else to standard
 //! error. Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted.
 
+mod analyse;
 mod arguments;
 mod demo;
 mod evaluate;
+mod export;
 mod failure;
 mod motion;
 mod output;
@@ -27,6 +29,8 @@ fn main() -> ExitCode {
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Transition(arguments) => transition::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
+        Command::Analyse(arguments) => analyse::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

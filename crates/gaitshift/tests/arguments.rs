@@ -4,7 +4,15 @@
 mod common;
 use common::Place;
 
-const COMMANDS: [&str; 5] = ["demo", "train", "evaluate", "transition", "render"];
+const COMMANDS: [&str; 7] = [
+    "demo",
+    "train",
+    "evaluate",
+    "transition",
+    "render",
+    "analyse",
+    "export",
+];
 
 #[test]
 fn help_names_every_command_and_where_to_start() {
@@ -18,7 +26,10 @@ fn help_names_every_command_and_where_to_start() {
 #[test]
 fn the_help_of_a_command_describes_each_of_its_options() {
     let place = Place::new();
-    for command in COMMANDS {
+    // `export` has options by format.
+    let formats = ["export mjcf", "export onnx", "export csv", "export npz"];
+    let commands = COMMANDS.iter().filter(|command| **command != "export");
+    for command in commands.chain(&formats) {
         let help = place.stdout(&format!("{command} --help"));
         let mut lines = help
             .lines()
@@ -26,7 +37,7 @@ fn the_help_of_a_command_describes_each_of_its_options() {
             .peekable();
         let mut options = 0;
         while let Some(line) = lines.next() {
-            if line.trim_start().starts_with("--") {
+            if line.trim_start().starts_with("--") || line.trim_start().starts_with("-o") {
                 options += 1;
                 let next = lines.peek().copied().unwrap_or("");
                 assert!(

@@ -26,16 +26,28 @@ impl Recording {
     /// If the metadata holds numbers that no reader would accept, or the file cannot be written.
     pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
         let path = path.as_ref();
-        let bad_metadata = |reason| RecordingError::Metadata {
+        let text = self.to_csv().map_err(|reason| RecordingError::Metadata {
             path: path.to_owned(),
             reason,
-        };
-        check_metadata(&self.metadata).map_err(bad_metadata)?;
+        })?;
+        std::fs::write(path, text).map_err(|source| RecordingError::Io {
+            path: path.to_owned(),
+            action: "write",
+            source,
+        })
+    }
+
+    /// The text of the CSV file.
+    ///
+    /// # Errors
+    /// As a text, metadata with numbers that no reader would accept.
+    pub fn to_csv(&self) -> Result<String, String> {
+        check_metadata(&self.metadata)?;
         let first_line = serde_json::to_string(&FirstLine {
             metadata: &self.metadata,
             rows: Some(self.len()),
         })
-        .map_err(|error| bad_metadata(error.to_string()))?;
+        .map_err(|error| error.to_string())?;
         let mut text = format!(
             "{MAGIC}{FORMAT_VERSION} {first_line}\n{}\n",
             COLUMNS.join(",")
@@ -51,11 +63,7 @@ impl Recording {
             }
             text.push('\n');
         }
-        std::fs::write(path, text).map_err(|source| RecordingError::Io {
-            path: path.to_owned(),
-            action: "write",
-            source,
-        })
+        Ok(text)
     }
 
     /// Reads a CSV file written by [`Recording::write_csv`] or by another program in that form.

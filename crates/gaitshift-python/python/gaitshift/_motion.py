@@ -1,0 +1,211 @@
+"""Controllers and recordings, on top of the compiled classes."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gaitshift import _native
+
+if TYPE_CHECKING:
+    import pandas
+
+
+class Recording(Mapping[str, NDArray[np.float64]]):
+    """A recorded motion: one row per control period, row 0 the initial state.
+
+    ``recording["x_m"]`` is a column as an array of shape ``(rows,)``; ``gaitshift.COLUMNS`` lists all names, units in
+    the name, and docs/formats.md says what each holds.
+    """
+
+    def __init__(self, metadata: Mapping[str, Any], columns: Mapping[str, ArrayLike]) -> None:
+        """A recording from another source, for instance another simulator.
+
+        Args:
+            metadata: ``control_period_s``, ``total_mass_kg``, ``gravity_m_per_s2``, ``leg_length_m``, ``body`` (a dict),
+                ``controller`` (its name), ``seed``, ``fell``, ``ended_by``.
+            columns: every name of ``gaitshift.COLUMNS`` with its values, all of the same length, finite, times increasing.
+
+        Raises:
+            ValueError: what is missing, unknown, not finite or of another length.
+        """
+        arrays = {name: np.ascontiguousarray(values, dtype=np.float64) for name, values in columns.items()}
+        self._native = _native.Recording(dict(metadata), arrays)
+
+    @classmethod
+    def _wrap(cls, native: _native.Recording) -> Recording:
+        recording = cls.__new__(cls)
+        recording._native = native
+        return recording
+
+    @classmethod
+    def read_csv(cls, path: str | os.PathLike[str]) -> Recording:
+        """Reads a recording that the program or :meth:`write_csv` wrote.
+
+        Raises:
+            OSError: the file cannot be read.
+            ValueError: it is no recording, of another version, cut off or damaged; with line and column.
+        """
+        return cls._wrap(_native.Recording.read_csv(os.fspath(path)))
+
+    def write_csv(self, path: str | os.PathLike[str]) -> None:
+        """Writes the recording as ``gaitshift evaluate --out`` does; numbers read back to the same bits."""
+        self._native.write_csv(os.fspath(path))
+
+    def write_npz(self, path: str | os.PathLike[str]) -> None:
+        """Writes an NPZ file: one array for each column, and ``metadata``, its JSON as a string."""
+        self._native.write_npz(os.fspath(path))
+
+    @classmethod
+    def read_npz(cls, path: str | os.PathLike[str]) -> Recording:
+        """Reads a file of :meth:`write_npz` or ``gaitshift export npz``."""
+        with np.load(path) as arrays:
+            columns = {name: arrays[name] for name in arrays.files if name != "metadata"}
+            return cls(json.loads(str(arrays["metadata"])), columns)
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """Control period, masses, all body parameters, controller, seed, and how the motion ended."""
+        return self._native.metadata
+
+    def __getitem__(self, name: str) -> NDArray[np.float64]:
+        return self._native[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._native.columns)
+
+    def __len__(self) -> int:
+        """Number of columns; the number of rows is ``rows``."""
+        return len(self._native.columns)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self._native)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """All columns as a frame, ``time_s`` as the index; metadata in ``frame.attrs``. Needs pandas."""
+        import pandas
+
+        frame = pandas.DataFrame(dict(self)).set_index("time_s")
+        frame.attrs = self.metadata
+        return frame
+
+    def summary(self, settling_time_s: float = 5.0) -> dict[str, Any]:
+        """What the motion is: gait, speed, Froude number, support, cost of transport and more.
+
+        The fields of ``gaitshift evaluate --json`` (docs/formats.md); ``None`` where undefined.
+
+        Args:
+            settling_time_s: time in s at the beginning that is left out, at most half of the motion.
+        """
+        return self._native.summary(settling_time_s)
+
+    def transition_summary(self, ramp_start_s: float, ramp_end_s: float) -> dict[str, Any]:
+        """The motion before a change of the command and after it: the fields of ``gaitshift transition --json``."""
+        return self._native.transition_summary(ramp_start_s, ramp_end_s)
+
+    def __reduce__(self):
+        return Recording, (self.metadata, dict(self))
+
+    def __repr__(self) -> str:
+        metadata = self.metadata
+        duration_s = (self.rows - 1) * metadata["control_period_s"]
+        return f"<Recording of {duration_s:.2f} s by {metadata['controller']}, ended by {metadata['ended_by']}>"
+
+
+class Controller:
+    """A trained controller: a policy with the body and the task it was trained for.
+
+    Attributes:
+        name: what recordings call it.
+        body: all parameters of the body, a dict.
+        task: all parameters of the task, a dict.
+        provenance: experiment, command, seed, steps.
+        control_period_s: an action is held for this time, in s.
+    """
+
+    def __init__(self, native: _native.Controller) -> None:
+        self._native = native
+        self.name: str = native.name
+        self.body: dict[str, Any] = native.body
+        self.task: dict[str, Any] = native.task
+        self.provenance: dict[str, Any] = native.provenance
+        self.control_period_s: float = native.control_period_s
+
+    @classmethod
+    def shipped(cls) -> Controller:
+        """The controller that comes with the package."""
+        return cls(_native.Controller.shipped())
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Controller:
+        """Reads a ``controller.safetensors`` that ``gaitshift train`` wrote.
+
+        Raises:
+            OSError: the file cannot be read.
+            ValueError: it is no controller, of another version, cut off or damaged.
+        """
+        return cls(_native.Controller.load(os.fspath(path)))
+
+    def __call__(self, observation: ArrayLike) -> NDArray[np.float32]:
+        """The deterministic action.
+
+        Args:
+            observation: shape ``(14,)`` or ``(n, 14)``, SI units, as the environment gives it (not scaled).
+
+        Returns:
+            Commands of the right and the left actuator in [-1, 1], shape ``(2,)`` or ``(n, 2)``.
+
+        Raises:
+            ValueError: another shape, or a number that is not finite.
+        """
+        return self._native.act(np.ascontiguousarray(observation, dtype=np.float64))
+
+    def predict(self, observation: ArrayLike, state=None, episode_start=None, deterministic=True):
+        """As Stable-Baselines3's ``predict``, so that its ``evaluate_policy`` accepts the controller."""
+        return self(observation), state
+
+    def record(
+        self,
+        omega_v: float | Sequence[tuple[float, float]],
+        duration_s: float = 20.0,
+        *,
+        seed: int | None = None,
+        body: Mapping[str, Any] | None = None,
+    ) -> Recording:
+        """Moves and records until the time is over or the body falls, to the same bits as the program.
+
+        Args:
+            omega_v: the command, or points ``(time in s, command)`` joined by straight lines.
+            duration_s: at most this long, in s.
+            seed: draws the start, as ``--seed``; without it the default start.
+            body: parameters that differ from the body it was trained on.
+        """
+        points = [(0.0, float(omega_v))] if np.isscalar(omega_v) else [(float(t), float(w)) for t, w in omega_v]
+        changes = None if body is None else dict(body)
+        return Recording._wrap(self._native.record(points, duration_s, seed, changes))
+
+    def onnx(self) -> bytes:
+        """The policy as an ONNX file: ``observation`` (batch, 14), not scaled, to ``action`` (batch, 2)."""
+        return self._native.onnx()
+
+    def write_onnx(self, path: str | os.PathLike[str]) -> None:
+        """Writes :meth:`onnx` to a file."""
+        self._native.write_onnx(os.fspath(path))
+
+    # Gymnasium copies the arguments of an environment, and sends them to the processes of an AsyncVectorEnv.
+    def __reduce__(self):
+        return _controller, (self._native.to_bytes(), self.name)
+
+    def __repr__(self) -> str:
+        return f"<Controller {self.name}>"
+
+
+def _controller(data: bytes, name: str) -> Controller:
+    return Controller(_native.Controller.from_bytes(data, name))

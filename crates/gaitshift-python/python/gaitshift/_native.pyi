@@ -1,0 +1,153 @@
+"""The compiled part of the package. Users meet `Body` and `reward_terms`; the rest is wrapped."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Floats = NDArray[np.float64]
+
+COLUMNS: list[str]
+"""Names of a recording's columns, units in the name."""
+INFO_NAMES: list[str]
+"""Names of the numbers in an environment's info."""
+OBSERVATION_NAMES: list[str]
+"""Names of the 14 observations, units in the name."""
+OBSERVATION_SCALE: list[float]
+"""Factors that bring the 14 observations to order one."""
+__version__: str
+
+class AdvanceReport(TypedDict):
+    diverged: bool
+    actuator_n: list[float]
+    normal_n: list[float]
+    tangential_n: list[float]
+    account: dict[str, Any]
+
+class Body:
+    """The mechanism alone: no task, no controller.
+
+    Positions and velocities are arrays of shape (11,), float64: x, z, theta, then phi, h, d, w of the right leg and of
+    the left one (m, rad, m/s, rad/s).
+    """
+
+    def __init__(self, parameters: Mapping[str, Any] | None = None) -> None:
+        """The default body, or one whose `parameters` differ (keys of `[body]`).
+
+        Raises ValueError for an unknown parameter or a value out of range.
+        """
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """All parameters."""
+    def mjcf(self) -> str:
+        """The body as MJCF, the model format of MuJoCo; `qpos` and `qvel` are positions and velocities."""
+    def accelerations(self, positions: _Floats, velocities: _Floats, actuator_n: _Floats) -> _Floats:
+        """Accelerations of the 11 coordinates (m/s², rad/s²) under the actuators' forces, shape (2,), in N."""
+    def advance(
+        self, positions: _Floats, velocities: _Floats, command: _Floats, steps: int
+    ) -> tuple[_Floats, _Floats, AdvanceReport]:
+        """Integrates `steps` steps of `time_step_s` under a constant command, shape (2,), limited to [-1, 1].
+
+        Returns positions, velocities and a report: means of the forces in N, right and left, and the account of
+        works and losses in J. The lock of the interpreter is not held.
+        """
+    def energy(self, positions: _Floats, velocities: _Floats) -> dict[str, float]:
+        """Energies in J: kinetic, gravitational, hip_springs, leg_springs, elastic, contact, stops, total."""
+    def foot_contact(self, positions: _Floats, velocities: _Floats) -> list[dict[str, float]]:
+        """What the ground does to the right and the left foot: tangential_n, normal_n (N), moment_nm about the hip axis
+        (N m), elastic_j (J), normal_loss_w and friction_loss_w (W)."""
+    def lowest_hip_height(self, positions: _Floats) -> float:
+        """Height of the hip axis in m at which the lower sole just touches the ground."""
+
+def reward_terms(
+    task: Mapping[str, Any],
+    positions: _Floats,
+    velocities: _Floats,
+    energy_change_j: float,
+    friction_loss_j: float,
+    omega_v: float,
+) -> dict[str, float]:
+    """The weighted terms of the reward of a period that ended in a state, before the common factor.
+
+    `task` holds parameters that differ from the default task; `energy_change_j` is the change of the body's total
+    energy over the period, `friction_loss_j` what friction took.
+    """
+
+class Recording:
+    def __init__(self, metadata: Mapping[str, Any], columns: Mapping[str, _Floats]) -> None: ...
+    @staticmethod
+    def read_csv(path: str) -> Recording: ...
+    def write_csv(self, path: str) -> None: ...
+    def write_npz(self, path: str) -> None: ...
+    @property
+    def metadata(self) -> dict[str, Any]: ...
+    @property
+    def columns(self) -> list[str]: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, name: str) -> _Floats: ...
+    def summary(self, settling_time_s: float = 5.0) -> dict[str, Any]: ...
+    def transition_summary(self, ramp_start_s: float, ramp_end_s: float) -> dict[str, Any]: ...
+
+class Controller:
+    @staticmethod
+    def shipped() -> Controller: ...
+    @staticmethod
+    def load(path: str) -> Controller: ...
+    @staticmethod
+    def from_bytes(bytes: bytes, name: str) -> Controller: ...
+    def to_bytes(self) -> bytes: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def body(self) -> dict[str, Any]: ...
+    @property
+    def task(self) -> dict[str, Any]: ...
+    @property
+    def provenance(self) -> dict[str, Any]: ...
+    @property
+    def control_period_s(self) -> float: ...
+    def act(self, observations: _Floats) -> NDArray[np.float32]: ...
+    def onnx(self) -> bytes: ...
+    def write_onnx(self, path: str) -> None: ...
+    def record(
+        self,
+        profile: Sequence[tuple[float, float]],
+        duration_s: float,
+        seed: int | None = None,
+        body: Mapping[str, Any] | None = None,
+    ) -> Recording: ...
+
+class Batch:
+    def __init__(
+        self,
+        count: int,
+        seeds: Sequence[int],
+        omega_v: Sequence[float],
+        *,
+        experiment: str | None = None,
+        controller: Controller | None = None,
+        body: Mapping[str, Any] | None = None,
+        task: Mapping[str, Any] | None = None,
+        threads: int = 1,
+    ) -> None: ...
+    @property
+    def body(self) -> dict[str, Any]: ...
+    @property
+    def task(self) -> dict[str, Any]: ...
+    def seed(self, index: int, seed: int) -> None: ...
+    def get_omega_v(self, index: int) -> float: ...
+    def set_omega_v(self, index: int, omega_v: float) -> None: ...
+    def state(self, index: int) -> tuple[_Floats, _Floats]: ...
+    def reset_one(
+        self, index: int, omega_v: float | None = None, default_start: bool = False
+    ) -> tuple[_Floats, dict[str, Any]]: ...
+    def step_one(self, right: float, left: float) -> tuple[_Floats, float, bool, bool, dict[str, Any]]: ...
+    def reset_all(
+        self, mask: Sequence[bool], omega_v: float | None, default_start: bool
+    ) -> tuple[_Floats, _Floats]: ...
+    def step(
+        self, actions: _Floats, autoreset: int
+    ) -> tuple[
+        _Floats, _Floats, NDArray[np.bool_], NDArray[np.bool_], _Floats, tuple[_Floats, _Floats] | None
+    ]: ...

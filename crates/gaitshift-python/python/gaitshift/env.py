@@ -1,0 +1,143 @@
+"""The task as a Gymnasium environment."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from numpy.typing import NDArray
+
+from gaitshift._common import Command, make_batch, make_spaces, reset_options
+from gaitshift._motion import Controller
+
+
+class PassiveBipedEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
+    """One biped at the paper's task.
+
+    **Observation**, shape ``(14,)``, float64, SI units, not scaled, in the order of ``gaitshift.OBSERVATION_NAMES``:
+    forward speed of the hip (m/s); pitch (rad) and its rate (rad/s); thigh displacement ``h`` (m) and its rate (m/s),
+    right and left; hip angle (rad) and its rate (rad/s), right and left; rate of the leg's compression ``d`` (m/s),
+    right and left; the command ``omega_v``. ``gaitshift.OBSERVATION_SCALE`` brings them to order one.
+
+    **Action**, shape ``(2,)``, in [-1, 1]: forces of the right and the left actuator in units of their greatest
+    (600 N by default), positive lengthening the leg, held for one control period (0.01 s by default). What lies beyond
+    [-1, 1] is limited to it.
+
+    **Reward**: (2) of the paper with the task's weights, times the task's common factor, without the symmetry term (7),
+    which depends on the policy and not on the motion.
+
+    **End**: terminated by a fall (pitch, or the hip too low) or by a diverged simulation (``info["diverged"]``); truncated
+    by the task's time limit (10 s by default).
+
+    **info**: floats by the names of ``gaitshift.INFO_NAMES``: the reward's weighted terms (their sum times the common
+    factor is the reward), energies, works and losses since the episode began (J), contact forces (N, means over the
+    period), position (m), time (s) and command.
+
+    **reset** takes the options ``omega_v`` (the command of this episode) and ``start`` (``"random"`` or ``"default"``: the
+    middle of the ranges that starts are drawn from). ``reset(seed=n)`` starts where ``gaitshift evaluate --seed n`` does.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "render_fps": 100}
+
+    def __init__(
+        self,
+        omega_v: Command = (-0.5, 3.5),
+        *,
+        experiment: str | os.PathLike[str] | None = None,
+        controller: Controller | str | os.PathLike[str] | None = None,
+        body: Mapping[str, Any] | None = None,
+        task: Mapping[str, Any] | None = None,
+        render_mode: None = None,
+    ) -> None:
+        """Prepares the environment.
+
+        Args:
+            omega_v: the command, or the range (lowest, highest) that each episode draws its own from.
+            experiment: recipe (``"paper"``, the default, ``"journal"``, ``"fast"``) or TOML file whose ``[body]`` and
+                ``[task]`` are used. What a curriculum changes during training is not.
+            controller: take body and task of this controller instead.
+            body: parameters of the body that differ, e.g. ``{"friction": 0.6}``.
+            task: parameters of the task that differ, e.g. ``{"reward": {"omega_e": 0.1}}``.
+            render_mode: only ``None``; recordings are drawn by ``gaitshift render``.
+
+        Raises:
+            ValueError: an unknown parameter, recipe or render mode, a value out of range.
+            OSError: a file that cannot be read.
+        """
+        if render_mode is not None:
+            raise ValueError(f"render_mode {render_mode!r} is not supported; record and use `gaitshift render` instead")
+        self.render_mode = render_mode
+        self.observation_space, self.action_space = make_spaces()
+        self._batch = make_batch(1, [0], omega_v, experiment, controller, body, task)
+        self._seeded = False
+        self._running = False
+        self._closed = False
+
+    @property
+    def body(self) -> dict[str, Any]:
+        """All parameters of the body."""
+        return self._batch.body
+
+    @property
+    def task(self) -> dict[str, Any]:
+        """All parameters of the task."""
+        return self._batch.task
+
+    @property
+    def omega_v(self) -> float:
+        """The command in force. Set it at any time to change gait: the next step, and its reward, are under it."""
+        return self._batch.get_omega_v(0)
+
+    @omega_v.setter
+    def omega_v(self, value: float) -> None:
+        self._batch.set_omega_v(0, value)
+
+    @property
+    def state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions and velocities of the body's coordinates, shape ``(11,)`` each; see :mod:`gaitshift`."""
+        return self._batch.state(0)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float64], dict[str, Any]]:
+        """Begins an episode; see the class for the options."""
+        self._check_open()
+        super().reset(seed=seed)
+        omega_v, default_start = reset_options(options)
+        if seed is not None or not self._seeded:
+            self._batch.seed(0, int(self.np_random.integers(2**63)) if seed is None else seed)
+            self._seeded = True
+        observation, info = self._batch.reset_one(0, omega_v, default_start)
+        self._running = True
+        return observation, info
+
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
+        """Advances by one control period.
+
+        Raises:
+            ValueError: an action of another shape than ``(2,)``, or with a number that is not finite.
+            gymnasium.error.ResetNeeded: no episode has begun.
+            gymnasium.error.ClosedEnvironmentError: the environment is closed.
+        """
+        if not self._running:
+            self._check_open()
+            raise ResetNeeded("call reset before step")
+        action = np.asarray(action, dtype=np.float64)
+        if action.shape != (2,):
+            raise ValueError(f"the action has the shape {action.shape}, but it must be (2,)")
+        return self._batch.step_one(*action.tolist())
+
+    def close(self) -> None:
+        """Ends the use of the environment; may be called again."""
+        self._closed = True
+        self._running = False
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise ClosedEnvironmentError("the environment is closed; make another one")

@@ -1,0 +1,185 @@
+"""The task as a Gymnasium vector environment that steps in Rust, without the interpreter's lock."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.error import ClosedEnvironmentError, ResetNeeded
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from gaitshift import _native
+from gaitshift._common import Command, make_batch, make_spaces, reset_options
+from gaitshift._motion import Controller
+
+_MODES = {AutoresetMode.NEXT_STEP: 0, AutoresetMode.SAME_STEP: 1, AutoresetMode.DISABLED: 2}
+_DIVERGED = _native.INFO_NAMES.index("diverged")
+
+
+class PassiveBipedVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[Any]]):
+    """``num_envs`` bipeds, each as :class:`gaitshift.env.PassiveBipedEnv` and to the same bits.
+
+    Observations ``(num_envs, 14)``, actions ``(num_envs, 2)``, rewards ``(num_envs,)`` float64, flags ``(num_envs,)``
+    bool. ``info[name]`` is an array ``(num_envs,)`` for every name of ``gaitshift.INFO_NAMES`` and ``info["_" + name]``
+    says for which environments it holds, which is all of them.
+
+    Seeds, automatic resets and ``options["reset_mask"]`` follow Gymnasium's ``SyncVectorEnv``: environment ``i`` gets
+    ``seed + i``; with ``AutoresetMode.SAME_STEP`` what the last step of an episode gave is in ``info["final_obs"]`` (an
+    object array) and ``info["final_info"]``.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": [], "render_fps": 100, "autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        omega_v: Command = (-0.5, 3.5),
+        *,
+        experiment: str | os.PathLike[str] | None = None,
+        controller: Controller | str | os.PathLike[str] | None = None,
+        body: Mapping[str, Any] | None = None,
+        task: Mapping[str, Any] | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        threads: int = 1,
+        render_mode: None = None,
+    ) -> None:
+        """Prepares the environments; arguments as of the single one, and:
+
+        Args:
+            num_envs: how many.
+            autoreset_mode: how an environment goes on after its episode.
+            threads: how many threads share a step; what comes out does not depend on it.
+        """
+        if render_mode is not None:
+            raise ValueError(f"render_mode {render_mode!r} is not supported; record and use `gaitshift render` instead")
+        if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+            raise ValueError(f"`num_envs` is {num_envs!r}, but it must be a whole number of at least 1")
+        self.render_mode = render_mode
+        self.num_envs = num_envs
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
+        self.single_observation_space, self.single_action_space = make_spaces()
+        self._batch = make_batch(
+            num_envs, [0] * num_envs, omega_v, experiment, controller, body, task, threads
+        )
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._seeded = False
+        self._over = np.zeros(num_envs, dtype=bool)
+        self._all = np.ones(num_envs, dtype=bool)
+
+    @property
+    def body(self) -> dict[str, Any]:
+        """All parameters of the body."""
+        return self._batch.body
+
+    @property
+    def task(self) -> dict[str, Any]:
+        """All parameters of the task."""
+        return self._batch.task
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[NDArray[np.float64], dict[str, Any]]:
+        """Begins an episode in every environment, or in those of ``options["reset_mask"]``."""
+        self._check_open()
+        options = dict(options or {})
+        mask = options.pop("reset_mask", None)
+        omega_v, default_start = reset_options(options)
+        mask = self._all if mask is None else self._checked_mask(mask)
+        if seed is None:
+            seeds: list[int | None] = [None] * self.num_envs
+        elif isinstance(seed, (int, np.integer)):
+            super().reset(seed=int(seed))
+            seeds = [int(seed) + i for i in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+            if len(seeds) != self.num_envs:
+                raise ValueError(f"{len(seeds)} seeds were given for {self.num_envs} environments")
+        for i, own in enumerate(seeds):
+            if not mask[i]:
+                continue
+            if own is not None:
+                self._batch.seed(i, own)
+            elif not self._seeded:
+                self._batch.seed(i, int(self.np_random.integers(2**63)))
+        if not self._seeded and not mask.all():
+            raise ResetNeeded("the first reset must be of all environments")
+        self._seeded = True
+        observations, info = self._batch.reset_all(mask.tolist(), omega_v, default_start)
+        self._over &= ~mask
+        return observations, self._info(info, mask)
+
+    def step(
+        self, actions: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Advances every environment by one control period, or begins its next episode.
+
+        Raises:
+            ValueError: actions of another shape than ``(num_envs, 2)``, or with a number that is not finite.
+            gymnasium.error.ResetNeeded: no episode has begun, or, without automatic resets, one is over.
+            gymnasium.error.ClosedEnvironmentError: the environments are closed.
+        """
+        self._check_open()
+        if not self._seeded:
+            raise ResetNeeded("call reset before step")
+        if self.autoreset_mode == AutoresetMode.DISABLED and self._over.any():
+            first = int(np.argmax(self._over))
+            raise ResetNeeded(f"the episode of environment {first} is over; reset it with options={{'reset_mask': ...}}")
+        actions = np.ascontiguousarray(actions, dtype=np.float64)
+        if actions.shape != (self.num_envs, 2):
+            raise ValueError(f"the actions have the shape {actions.shape}, but it must be ({self.num_envs}, 2)")
+        observations, rewards, terminated, truncated, info, final = self._batch.step(
+            actions, _MODES[self.autoreset_mode]
+        )
+        over = terminated | truncated
+        self._over = over
+        infos = self._info(info, self._all)
+        if final is not None:
+            final_observations, final_info = final
+            rows = np.full(self.num_envs, None, dtype=object)
+            for i in np.flatnonzero(over):
+                rows[i] = final_observations[i]
+            infos |= {
+                "final_obs": rows,
+                "_final_obs": over,
+                "final_info": self._info(final_info, over),
+                "_final_info": over,
+            }
+        return observations, rewards, terminated, truncated, infos
+
+    def set_omega_v(self, omega_v: float | Sequence[float]) -> None:
+        """Changes the command of all environments, or of each by a sequence of ``num_envs`` numbers."""
+        values = np.broadcast_to(np.asarray(omega_v, dtype=np.float64), (self.num_envs,))
+        for i, value in enumerate(values.tolist()):
+            self._batch.set_omega_v(i, value)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Nothing is held that would have to be given back."""
+
+    @staticmethod
+    def _info(values: NDArray[np.float64], mask: NDArray[np.bool_]) -> dict[str, Any]:
+        info: dict[str, Any] = dict(zip(_native.INFO_NAMES, values))
+        info["diverged"] = values[_DIVERGED] != 0.0
+        info.update({"_" + name: mask for name in _native.INFO_NAMES})
+        return info
+
+    def _checked_mask(self, mask: Any) -> NDArray[np.bool_]:
+        if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+            raise TypeError("options['reset_mask'] must be a NumPy array of bool")
+        if mask.shape != (self.num_envs,):
+            raise ValueError(f"options['reset_mask'] has the shape {mask.shape}, but it must be ({self.num_envs},)")
+        if not mask.any():
+            raise ValueError("options['reset_mask'] names no environment")
+        return mask
+
+    def _check_open(self) -> None:
+        if self.closed:
+            raise ClosedEnvironmentError("the environment is closed; make another one")

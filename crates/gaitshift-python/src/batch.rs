@@ -1,0 +1,535 @@
+//! Environments stepped together, without Python in between: what both Gymnasium classes stand on.
+
+use crate::controller::Controller;
+use crate::convert::{body_and_task, to_python, value_error};
+use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT};
+use gaitshift_task::{
+    EndReason, Environment, OBSERVATION_SIZE, RewardTerms, StepOutcome, TaskParameters,
+};
+use numpy::ndarray::{Array1, Array2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::PyIndexError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+const INFO_SIZE: usize = 26;
+
+/// Names of the numbers in `info`: those of a recording's columns.
+pub const INFO_NAMES: [&str; INFO_SIZE] = [
+    "time_s",
+    "omega_v",
+    "x_m",
+    "z_m",
+    "reward_energy",
+    "reward_velocity",
+    "reward_forward",
+    "reward_alive",
+    "reward_leg",
+    "reward_friction",
+    "kinetic_energy_j",
+    "gravitational_energy_j",
+    "hip_spring_energy_j",
+    "leg_spring_energy_j",
+    "contact_energy_j",
+    "stop_energy_j",
+    "actuator_work_j",
+    "actuator_positive_work_j",
+    "damper_dissipation_j",
+    "contact_dissipation_j",
+    "stop_dissipation_j",
+    "right_normal_force_n",
+    "right_tangential_force_n",
+    "left_normal_force_n",
+    "left_tangential_force_n",
+    "diverged",
+];
+
+/// How a vector environment goes on after an episode, as Gymnasium's `AutoresetMode`.
+const NEXT_STEP: u8 = 0;
+const SAME_STEP: u8 = 1;
+
+/// How an episode begins.
+#[derive(Debug, Clone, Copy)]
+struct Opening {
+    omega_v: Option<f64>,
+    default_start: bool,
+}
+
+impl Opening {
+    const DRAWN: Self = Self {
+        omega_v: None,
+        default_start: false,
+    };
+}
+
+/// One environment with its own random numbers.
+#[derive(Debug, Clone)]
+struct Slot {
+    environment: Environment,
+    rng: Xoshiro256PlusPlus,
+    /// The episode is over: the next step begins another.
+    over: bool,
+}
+
+/// What one step of one environment gives.
+#[derive(Debug, Clone, Copy, Default)]
+struct Row {
+    observation: [f64; OBSERVATION_SIZE],
+    reward: f64,
+    terminated: bool,
+    truncated: bool,
+    info: [f64; INFO_SIZE],
+    /// Observation and info of the episode that ended within this step, where a new one has begun.
+    last: Option<([f64; OBSERVATION_SIZE], [f64; INFO_SIZE])>,
+}
+
+/// What all environments share.
+#[derive(Debug)]
+struct Setting {
+    body: Body,
+    task: TaskParameters,
+    omega_v: [f64; 2],
+}
+
+impl Setting {
+    /// Begins an episode. The start is drawn before the command, so that a seed gives the start that the
+    /// program's `--seed` gives.
+    fn begin(&self, slot: &mut Slot, opening: Opening) -> Row {
+        let start = if opening.default_start {
+            Environment::default_start(&self.body, &self.task)
+        } else {
+            Environment::random_start(&self.body, &self.task, None, &mut slot.rng)
+        };
+        let [low, high] = self.omega_v;
+        let omega_v = match opening.omega_v {
+            Some(omega_v) => omega_v,
+            None if low < high => low + (high - low) * slot.rng.random::<f64>(),
+            None => low,
+        };
+        slot.environment = Environment::new(&self.body, start, omega_v);
+        slot.over = false;
+        let contact = [RIGHT, LEFT].map(|leg| self.body.foot_contact(&start, leg));
+        let report = AdvanceReport {
+            normal_n: contact.map(|c| c.normal_n),
+            tangential_n: contact.map(|c| c.tangential_n),
+            ..AdvanceReport::default()
+        };
+        Row {
+            observation: slot.environment.observation(),
+            info: self.info(&slot.environment, &RewardTerms::default(), &report, false),
+            ..Row::default()
+        }
+    }
+
+    fn step(&self, slot: &mut Slot, command: [f64; 2]) -> Row {
+        let environment = &mut slot.environment;
+        let before = environment.clone();
+        let outcome: StepOutcome =
+            environment.step(&self.body, &self.task, &self.task.reward, command);
+        let diverged = outcome.ended == Some(EndReason::Diverged);
+        if diverged {
+            // Numbers that are none must not reach a learner: the last state that had any stays.
+            *environment = before;
+        }
+        let report = if diverged {
+            AdvanceReport::default()
+        } else {
+            outcome.report
+        };
+        slot.over = outcome.ended.is_some();
+        Row {
+            observation: environment.observation(),
+            reward: outcome.factor * outcome.terms.sum(),
+            terminated: outcome.ended.is_some_and(EndReason::is_termination),
+            truncated: outcome.ended == Some(EndReason::TimeLimit),
+            info: self.info(environment, &outcome.terms, &report, diverged),
+            last: None,
+        }
+    }
+
+    /// The numbers of `info`, in the order of their names.
+    fn info(
+        &self,
+        environment: &Environment,
+        terms: &RewardTerms,
+        report: &AdvanceReport,
+        diverged: bool,
+    ) -> [f64; INFO_SIZE] {
+        let s: &BodyState = &environment.state;
+        let (energy, account) = (self.body.energy(s), &environment.account);
+        [
+            f64::from(environment.periods) * self.task.control_period_s,
+            environment.omega_v,
+            s.x,
+            s.z,
+            terms.energy,
+            terms.velocity,
+            terms.forward,
+            terms.alive,
+            terms.leg,
+            terms.friction,
+            energy.kinetic,
+            energy.gravitational,
+            energy.hip_springs,
+            energy.leg_springs(),
+            energy.contact,
+            energy.stops,
+            account.work(),
+            account.positive_work(),
+            account.dampers(),
+            account.contact(),
+            account.stops,
+            report.normal_n[RIGHT],
+            report.tangential_n[RIGHT],
+            report.normal_n[LEFT],
+            report.tangential_n[LEFT],
+            f64::from(u8::from(diverged)),
+        ]
+    }
+
+    /// One step of one environment of a vector, with Gymnasium's automatic resets.
+    fn vector_step(&self, slot: &mut Slot, command: [f64; 2], autoreset: u8) -> Row {
+        if slot.over && autoreset == NEXT_STEP {
+            return self.begin(slot, Opening::DRAWN);
+        }
+        let row = self.step(slot, command);
+        if !(slot.over && autoreset == SAME_STEP) {
+            return row;
+        }
+        let first = self.begin(slot, Opening::DRAWN);
+        Row {
+            observation: first.observation,
+            info: first.info,
+            last: Some((row.observation, row.info)),
+            ..row
+        }
+    }
+}
+
+/// See `_native.pyi`.
+#[pyclass(module = "gaitshift._native")]
+pub struct Batch {
+    setting: Setting,
+    slots: Vec<Slot>,
+    threads: usize,
+    names: Vec<Py<PyString>>,
+}
+
+type Vectors<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray2<f64>>,
+    Option<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)>,
+);
+
+#[pymethods]
+impl Batch {
+    #[new]
+    #[pyo3(signature = (count, seeds, omega_v, *, experiment = None, controller = None, body = None, task = None, threads = 1))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        py: Python<'_>,
+        count: usize,
+        seeds: Vec<u64>,
+        omega_v: [f64; 2],
+        experiment: Option<&str>,
+        controller: Option<&Controller>,
+        body: Option<&Bound<'_, PyAny>>,
+        task: Option<&Bound<'_, PyAny>>,
+        threads: usize,
+    ) -> PyResult<Self> {
+        let controller = controller.map(|c| &c.controller);
+        let (body, task) = body_and_task(experiment, controller, body, task)?;
+        if !(omega_v.iter().all(|w| w.abs() <= 100.0) && omega_v[0] <= omega_v[1]) {
+            return Err(value_error(format!(
+                "`omega_v` is {omega_v:?}, but it must be a command from -100 to 100, or a pair (lowest, highest) of them"
+            )));
+        }
+        if !(1..=65_536).contains(&count) || seeds.len() != count {
+            return Err(value_error(format!(
+                "the number of environments is {count}, but it must be from 1 to 65536"
+            )));
+        }
+        if !(1..=256).contains(&threads) {
+            return Err(value_error(format!(
+                "`threads` is {threads}, but it must be from 1 to 256"
+            )));
+        }
+        let blank = Environment::new(&body, BodyState::standing(&body), 0.0);
+        let slot = |seed| Slot {
+            environment: blank.clone(),
+            rng: Xoshiro256PlusPlus::seed_from_u64(seed),
+            over: false,
+        };
+        Ok(Self {
+            slots: seeds.into_iter().map(slot).collect(),
+            setting: Setting {
+                body,
+                task,
+                omega_v,
+            },
+            threads,
+            names: INFO_NAMES
+                .iter()
+                .map(|name| PyString::new(py, name).unbind())
+                .collect(),
+        })
+    }
+
+    #[getter]
+    fn body<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, self.setting.body.parameters())
+    }
+
+    #[getter]
+    fn task<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.setting.task)
+    }
+
+    fn seed(&mut self, index: usize, seed: u64) -> PyResult<()> {
+        self.slot(index)?.rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        Ok(())
+    }
+
+    fn get_omega_v(&mut self, index: usize) -> PyResult<f64> {
+        Ok(self.slot(index)?.environment.omega_v)
+    }
+
+    fn set_omega_v(&mut self, index: usize, omega_v: f64) -> PyResult<()> {
+        check_command(omega_v)?;
+        self.slot(index)?.environment.omega_v = omega_v;
+        Ok(())
+    }
+
+    fn state<'py>(
+        &mut self,
+        py: Python<'py>,
+        index: usize,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+        let state = self.slot(index)?.environment.state;
+        Ok((
+            PyArray1::from_slice(py, &state.positions()),
+            PyArray1::from_slice(py, &state.velocities()),
+        ))
+    }
+
+    #[pyo3(signature = (index, omega_v = None, default_start = false))]
+    fn reset_one<'py>(
+        &mut self,
+        py: Python<'py>,
+        index: usize,
+        omega_v: Option<f64>,
+        default_start: bool,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyDict>)> {
+        omega_v.map_or(Ok(()), check_command)?;
+        self.slot(index)?;
+        let opening = Opening {
+            omega_v,
+            default_start,
+        };
+        let row = self.setting.begin(&mut self.slots[index], opening);
+        Ok((
+            PyArray1::from_slice(py, &row.observation),
+            self.info(py, &row.info)?,
+        ))
+    }
+
+    /// One step of the first environment.
+    #[allow(clippy::type_complexity)]
+    fn step_one<'py>(
+        &mut self,
+        py: Python<'py>,
+        right: f64,
+        left: f64,
+    ) -> PyResult<(
+        Bound<'py, PyArray1<f64>>,
+        f64,
+        bool,
+        bool,
+        Bound<'py, PyDict>,
+    )> {
+        check_action(right)?;
+        check_action(left)?;
+        let row = py.detach(|| self.setting.step(&mut self.slots[0], [right, left]));
+        Ok((
+            PyArray1::from_slice(py, &row.observation),
+            row.reward,
+            row.terminated,
+            row.truncated,
+            self.info(py, &row.info)?,
+        ))
+    }
+
+    /// Begins an episode in every environment that `mask` names.
+    fn reset_all<'py>(
+        &mut self,
+        py: Python<'py>,
+        mask: Vec<bool>,
+        omega_v: Option<f64>,
+        default_start: bool,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+        omega_v.map_or(Ok(()), check_command)?;
+        if mask.len() != self.slots.len() {
+            return Err(value_error(format!(
+                "the mask has {} elements for {} environments",
+                mask.len(),
+                self.slots.len()
+            )));
+        }
+        let opening = Opening {
+            omega_v,
+            default_start,
+        };
+        let report = AdvanceReport::default();
+        let rows: Vec<Row> = self
+            .slots
+            .iter_mut()
+            .zip(mask)
+            .map(|(slot, begin)| {
+                if begin {
+                    return self.setting.begin(slot, opening);
+                }
+                let environment = &slot.environment;
+                let terms = RewardTerms::default();
+                Row {
+                    observation: environment.observation(),
+                    info: self.setting.info(environment, &terms, &report, false),
+                    ..Row::default()
+                }
+            })
+            .collect();
+        let (observations, _, _, _, info, _) = vectors(py, &rows)?;
+        Ok((observations, info))
+    }
+
+    /// One step of every environment, without the interpreter's lock.
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        actions: PyReadonlyArray2<'py, f64>,
+        autoreset: u8,
+    ) -> PyResult<Vectors<'py>> {
+        let count = self.slots.len();
+        if actions.shape() != [count, 2] {
+            return Err(value_error(format!(
+                "`actions` has the shape {:?}, but it must be ({count}, 2)",
+                actions.shape()
+            )));
+        }
+        let actions = actions.as_array();
+        let commands: Vec<[f64; 2]> = actions.rows().into_iter().map(|a| [a[0], a[1]]).collect();
+        for (k, command) in commands.iter().enumerate() {
+            for value in command {
+                check_action(*value).map_err(|e| value_error(format!("environment {k}: {e}")))?;
+            }
+        }
+        let Self {
+            setting,
+            slots,
+            threads,
+            ..
+        } = self;
+        let mut rows = vec![Row::default(); count];
+        py.detach(|| {
+            let share = count.div_ceil(*threads);
+            let work = |slots: &mut [Slot], commands: &[[f64; 2]], rows: &mut [Row]| {
+                for ((slot, command), row) in slots.iter_mut().zip(commands).zip(rows) {
+                    *row = setting.vector_step(slot, *command, autoreset);
+                }
+            };
+            if share >= count {
+                return work(slots, &commands, &mut rows);
+            }
+            std::thread::scope(|scope| {
+                for ((slots, commands), rows) in slots
+                    .chunks_mut(share)
+                    .zip(commands.chunks(share))
+                    .zip(rows.chunks_mut(share))
+                {
+                    scope.spawn(move || work(slots, commands, rows));
+                }
+            });
+        });
+        vectors(py, &rows)
+    }
+}
+
+impl Batch {
+    fn slot(&mut self, index: usize) -> PyResult<&mut Slot> {
+        let count = self.slots.len();
+        self.slots.get_mut(index).ok_or_else(|| {
+            PyIndexError::new_err(format!(
+                "there is no environment {index}, only 0 to {}",
+                count - 1
+            ))
+        })
+    }
+
+    fn info<'py>(
+        &self,
+        py: Python<'py>,
+        values: &[f64; INFO_SIZE],
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let info = PyDict::new(py);
+        let (diverged, numbers) = (values[INFO_SIZE - 1] != 0.0, &values[..INFO_SIZE - 1]);
+        for (name, value) in self.names.iter().zip(numbers) {
+            info.set_item(name, value)?;
+        }
+        info.set_item(&self.names[INFO_SIZE - 1], diverged)?;
+        Ok(info)
+    }
+}
+
+fn check_action(value: f64) -> PyResult<()> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(value_error(format!(
+        "the action holds {value}, but both elements must be finite; what lies beyond [-1, 1] is limited to it"
+    )))
+}
+
+fn check_command(omega_v: f64) -> PyResult<()> {
+    if omega_v.abs() <= 100.0 {
+        return Ok(());
+    }
+    Err(value_error(format!(
+        "`omega_v` is {omega_v}, but it must be from -100 to 100"
+    )))
+}
+
+/// Rows of all environments as arrays: one row for each environment, `info` one row for each name.
+fn vectors<'py>(py: Python<'py>, rows: &[Row]) -> PyResult<Vectors<'py>> {
+    let count = rows.len();
+    let array = |observations: &dyn Fn(&Row) -> [f64; OBSERVATION_SIZE],
+                 info: &dyn Fn(&Row) -> [f64; INFO_SIZE]| {
+        let mut o = Array2::<f64>::zeros((count, OBSERVATION_SIZE));
+        let mut i = Array2::<f64>::zeros((INFO_SIZE, count));
+        for (k, row) in rows.iter().enumerate() {
+            o.row_mut(k).assign(&Array1::from_iter(observations(row)));
+            i.column_mut(k).assign(&Array1::from_iter(info(row)));
+        }
+        (o.into_pyarray(py), i.into_pyarray(py))
+    };
+    let (observations, info) = array(&|row| row.observation, &|row| row.info);
+    let ended = rows.iter().any(|row| row.last.is_some());
+    let last = ended.then(|| {
+        array(
+            &|row| row.last.map_or([0.0; OBSERVATION_SIZE], |last| last.0),
+            &|row| row.last.map_or([0.0; INFO_SIZE], |last| last.1),
+        )
+    });
+    let flags = |flag: fn(&Row) -> bool| PyArray1::from_iter(py, rows.iter().map(flag));
+    Ok((
+        observations,
+        PyArray1::from_iter(py, rows.iter().map(|row| row.reward)),
+        flags(|row| row.terminated),
+        flags(|row| row.truncated),
+        info,
+        last,
+    ))
+}

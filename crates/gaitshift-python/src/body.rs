@@ -1,0 +1,161 @@
+//! The mechanism alone.
+
+use crate::convert::{numbers, to_python, value_error, with_overrides};
+use gaitshift_body::{BodyParameters, BodyState, EnergyAccount};
+use gaitshift_task::TaskParameters;
+use numpy::{PyArray1, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+type Array<'py> = PyReadonlyArrayDyn<'py, f64>;
+type Eleven<'py> = Bound<'py, PyArray1<f64>>;
+
+/// Longest stretch for one call of `advance`, in steps: an hour at the default step.
+const MOST_STEPS: u32 = 18_000_000;
+
+/// See `_native.pyi`.
+#[pyclass(module = "gaitshift", frozen)]
+pub struct Body(gaitshift_body::Body);
+
+fn state(positions: &Array<'_>, velocities: &Array<'_>) -> PyResult<BodyState> {
+    Ok(BodyState::from_coordinates(
+        &numbers(positions, "positions")?,
+        &numbers(velocities, "velocities")?,
+    ))
+}
+
+#[pymethods]
+impl Body {
+    #[new]
+    #[pyo3(signature = (parameters = None))]
+    fn new(parameters: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let parameters: BodyParameters =
+            with_overrides(&BodyParameters::default(), parameters, "parameters")?;
+        let body = gaitshift_body::Body::new(parameters).map_err(value_error)?;
+        Ok(Self(body))
+    }
+
+    #[getter]
+    fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, self.0.parameters())
+    }
+
+    fn mjcf(&self) -> String {
+        gaitshift_export::mjcf(self.0.parameters())
+    }
+
+    fn accelerations<'py>(
+        &self,
+        py: Python<'py>,
+        positions: Array<'py>,
+        velocities: Array<'py>,
+        actuator_n: Array<'py>,
+    ) -> PyResult<Eleven<'py>> {
+        let state = state(&positions, &velocities)?;
+        let force = numbers(&actuator_n, "actuator_n")?;
+        let accelerations = self.0.accelerations(&state, force).coordinates();
+        Ok(PyArray1::from_slice(py, &accelerations))
+    }
+
+    fn advance<'py>(
+        &self,
+        py: Python<'py>,
+        positions: Array<'py>,
+        velocities: Array<'py>,
+        command: Array<'py>,
+        steps: u32,
+    ) -> PyResult<(Eleven<'py>, Eleven<'py>, Bound<'py, PyDict>)> {
+        let mut state = state(&positions, &velocities)?;
+        let command = numbers(&command, "command")?;
+        if steps > MOST_STEPS {
+            return Err(value_error(format!(
+                "`steps` is {steps}, but it must be at most {MOST_STEPS}"
+            )));
+        }
+        let mut account = EnergyAccount::default();
+        let report = py.detach(|| self.0.advance(&mut state, command, steps, &mut account));
+        let out = PyDict::new(py);
+        out.set_item("diverged", report.diverged)?;
+        out.set_item("actuator_n", report.actuator_n.to_vec())?;
+        out.set_item("normal_n", report.normal_n.to_vec())?;
+        out.set_item("tangential_n", report.tangential_n.to_vec())?;
+        out.set_item("account", to_python(py, &account)?)?;
+        Ok((
+            PyArray1::from_slice(py, &state.positions()),
+            PyArray1::from_slice(py, &state.velocities()),
+            out,
+        ))
+    }
+
+    fn energy<'py>(
+        &self,
+        py: Python<'py>,
+        positions: Array<'py>,
+        velocities: Array<'py>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let energy = self.0.energy(&state(&positions, &velocities)?);
+        let out = PyDict::new(py);
+        for (name, value) in [
+            ("kinetic", energy.kinetic),
+            ("gravitational", energy.gravitational),
+            ("hip_springs", energy.hip_springs),
+            ("leg_springs", energy.leg_springs()),
+            ("elastic", energy.elastic()),
+            ("contact", energy.contact),
+            ("stops", energy.stops),
+            ("total", energy.total()),
+        ] {
+            out.set_item(name, value)?;
+        }
+        Ok(out)
+    }
+
+    fn foot_contact<'py>(
+        &self,
+        py: Python<'py>,
+        positions: Array<'py>,
+        velocities: Array<'py>,
+    ) -> PyResult<[Bound<'py, PyDict>; 2]> {
+        let state = state(&positions, &velocities)?;
+        let foot = |leg| {
+            let contact = self.0.foot_contact(&state, leg);
+            let out = PyDict::new(py);
+            out.set_item("tangential_n", contact.tangential_n)?;
+            out.set_item("normal_n", contact.normal_n)?;
+            out.set_item("moment_nm", contact.moment_nm)?;
+            out.set_item("elastic_j", contact.elastic_j)?;
+            out.set_item("normal_loss_w", contact.normal_loss_w)?;
+            out.set_item("friction_loss_w", contact.friction_loss_w)?;
+            Ok::<_, PyErr>(out)
+        };
+        Ok([foot(0)?, foot(1)?])
+    }
+
+    fn lowest_hip_height(&self, positions: Array<'_>) -> PyResult<f64> {
+        let positions = numbers(&positions, "positions")?;
+        let state = BodyState::from_coordinates(&positions, &[0.0; 11]);
+        Ok(self.0.lowest_hip_height(&state))
+    }
+}
+
+/// See `_native.pyi`.
+#[pyfunction]
+pub fn reward_terms<'py>(
+    py: Python<'py>,
+    task: &Bound<'py, PyAny>,
+    positions: Array<'py>,
+    velocities: Array<'py>,
+    energy_change_j: f64,
+    friction_loss_j: f64,
+    omega_v: f64,
+) -> PyResult<Bound<'py, PyAny>> {
+    let task: TaskParameters = with_overrides(&TaskParameters::default(), Some(task), "task")?;
+    let terms = task.reward.terms(
+        &state(&positions, &velocities)?,
+        energy_change_j,
+        friction_loss_j,
+        omega_v,
+        task.control_period_s,
+    );
+    to_python(py, &terms)
+}

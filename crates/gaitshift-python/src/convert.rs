@@ -1,0 +1,123 @@
+//! Between Python's dictionaries and arrays and the libraries' types.
+
+use gaitshift_body::BodyParameters;
+use gaitshift_experiment::{Controller, Experiment};
+use gaitshift_task::TaskParameters;
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde::{Serialize, de::DeserializeOwned};
+use serde_json::Value;
+use std::fmt::Display;
+use std::path::Path;
+
+/// Something that the caller gave cannot be used.
+pub fn value_error(cause: impl Display) -> PyErr {
+    PyValueError::new_err(cause.to_string())
+}
+
+/// A value as Python's dictionaries, lists, numbers and texts.
+pub fn to_python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+    let text = serde_json::to_string(value).map_err(value_error)?;
+    py.import("json")?.call_method1("loads", (text,))
+}
+
+/// Python's dictionaries, lists, numbers (NumPy's too) and texts as a value.
+pub fn from_python(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    let py = value.py();
+    let options = PyDict::new(py);
+    options.set_item("allow_nan", false)?;
+    options.set_item("default", py.get_type::<pyo3::types::PyFloat>())?;
+    let text: String = py
+        .import("json")?
+        .call_method("dumps", (value,), Some(&options))?
+        .extract()?;
+    serde_json::from_str(&text).map_err(value_error)
+}
+
+/// `base` with the keys that a dictionary replaces; an unknown key is an error that lists the known ones.
+pub fn with_overrides<T: Serialize + DeserializeOwned>(
+    base: &T,
+    overrides: Option<&Bound<'_, PyAny>>,
+    name: &str,
+) -> PyResult<T> {
+    let mut whole = serde_json::to_value(base).map_err(value_error)?;
+    if let Some(overrides) = overrides {
+        overlay(&mut whole, from_python(overrides)?);
+    }
+    serde_json::from_value(whole).map_err(|e| value_error(format!("`{name}`: {e}")))
+}
+
+fn overlay(base: &mut Value, over: Value) {
+    match (base, over) {
+        (Value::Object(base), Value::Object(over)) => {
+            for (key, value) in over {
+                overlay(base.entry(key).or_insert(Value::Null), value);
+            }
+        }
+        (base, over) => *base = over,
+    }
+}
+
+/// Body and task of a recipe, an experiment file or a controller, with what dictionaries replace.
+pub fn body_and_task(
+    experiment: Option<&str>,
+    controller: Option<&Controller>,
+    body: Option<&Bound<'_, PyAny>>,
+    task: Option<&Bound<'_, PyAny>>,
+) -> PyResult<(gaitshift_body::Body, TaskParameters)> {
+    let (base_body, base_task) = match (experiment, controller) {
+        (Some(_), Some(_)) => {
+            return Err(value_error(
+                "both `experiment` and `controller` say what body and task are; give one of them",
+            ));
+        }
+        (_, Some(controller)) => (controller.body.clone(), controller.task.clone()),
+        (name, None) => {
+            let experiment = Experiment::load(name.unwrap_or("paper")).map_err(value_error)?;
+            (experiment.body, experiment.task)
+        }
+    };
+    let body: BodyParameters = with_overrides(&base_body, body, "body")?;
+    let task: TaskParameters = with_overrides(&base_task, task, "task")?;
+    let body = gaitshift_body::Body::new(body).map_err(value_error)?;
+    task.validate(body.parameters()).map_err(value_error)?;
+    Ok((body, task))
+}
+
+/// Reads a controller file.
+pub fn read_controller(path: &Path) -> PyResult<Controller> {
+    // The operating system's error first, so that a missing file is a FileNotFoundError.
+    let bytes = std::fs::read(path).map_err(|e| os_error(&e, path))?;
+    Controller::from_bytes(&bytes, path).map_err(value_error)
+}
+
+/// The operating system's error, with the file that caused it.
+pub fn os_error(error: &std::io::Error, path: &Path) -> PyErr {
+    std::io::Error::new(error.kind(), format!("{}: {error}", path.display())).into()
+}
+
+/// `N` finite numbers from an array.
+pub fn numbers<const N: usize>(
+    array: &PyReadonlyArrayDyn<'_, f64>,
+    name: &str,
+) -> PyResult<[f64; N]> {
+    if array.shape() != [N] {
+        return Err(value_error(format!(
+            "`{name}` has the shape {:?}, but it must be ({N},)",
+            array.shape()
+        )));
+    }
+    let mut out = [0.0; N];
+    for (out, value) in out.iter_mut().zip(array.as_array().iter()) {
+        *out = *value;
+    }
+    match out.iter().position(|v| !v.is_finite()) {
+        Some(k) => Err(value_error(format!(
+            "`{name}[{k}]` is {}, but it must be finite",
+            out[k]
+        ))),
+        None => Ok(out),
+    }
+}

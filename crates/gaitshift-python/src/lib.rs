@@ -1,0 +1,30 @@
+//! `gaitshift._native`, the compiled part of the Python package `gaitshift`: thin classes around the
+//! libraries. What users see, with shapes and units, is documented in `python/gaitshift`, whose
+//! `_native.pyi` gives the types of what is here.
+//!
+//! Mistakes of the caller raise `ValueError`, `TypeError` or `OSError`; nothing panics. Arrays are NumPy's,
+//! 64-bit floats.
+
+mod batch;
+mod body;
+mod controller;
+mod convert;
+mod recording;
+
+use gaitshift_analysis::recording::COLUMNS;
+use gaitshift_task::{OBSERVATION_NAMES, OBSERVATION_SCALE};
+use pyo3::prelude::*;
+
+#[pymodule(name = "_native")]
+fn native(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<batch::Batch>()?;
+    m.add_class::<body::Body>()?;
+    m.add_class::<controller::Controller>()?;
+    m.add_class::<recording::Recording>()?;
+    m.add_function(wrap_pyfunction!(body::reward_terms, m)?)?;
+    m.add("OBSERVATION_NAMES", OBSERVATION_NAMES.to_vec())?;
+    m.add("OBSERVATION_SCALE", OBSERVATION_SCALE.to_vec())?;
+    m.add("COLUMNS", COLUMNS.to_vec())?;
+    m.add("INFO_NAMES", batch::INFO_NAMES.to_vec())?;
+    m.add("__version__", env!("CARGO_PKG_VERSION"))
+}

@@ -1,0 +1,139 @@
+//! Recordings as arrays.
+
+use crate::convert::{from_python, os_error, to_python, value_error};
+use gaitshift_analysis::recording::{COLUMNS, Column, RecordingError, RecordingMetadata};
+use gaitshift_analysis::{AnalysisOptions, TransitionOptions, summarise, summarise_transition};
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::{PyKeyError, PyOSError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+
+/// See `_native.pyi`.
+#[pyclass(module = "gaitshift", frozen)]
+pub struct Recording(pub gaitshift_analysis::Recording);
+
+fn recording_error(error: RecordingError) -> PyErr {
+    match &error {
+        RecordingError::Io { path, source, .. } => os_error(source, path),
+        _ => value_error(error),
+    }
+}
+
+#[pymethods]
+impl Recording {
+    #[new]
+    fn new(metadata: &Bound<'_, PyAny>, columns: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let metadata: RecordingMetadata = serde_json::from_value(from_python(metadata)?)
+            .map_err(|e| value_error(format!("`metadata`: {e}")))?;
+        let mut series: Vec<Vec<f64>> = Vec::with_capacity(COLUMNS.len());
+        for name in COLUMNS {
+            let values = columns
+                .get_item(name)?
+                .ok_or_else(|| value_error(format!("`columns` has no column `{name}`")))?;
+            let values: PyReadonlyArray1<'_, f64> = values.extract().map_err(|_| {
+                value_error(format!(
+                    "column `{name}` must be a one-dimensional array of float64"
+                ))
+            })?;
+            series.push(values.as_array().to_vec());
+        }
+        for key in columns.keys() {
+            let key: String = key.extract()?;
+            if Column::named(&key).is_none() {
+                return Err(value_error(format!(
+                    "`columns` has the unknown column `{key}`; see gaitshift.COLUMNS"
+                )));
+            }
+        }
+        let rows = series[0].len();
+        if let Some(k) = series.iter().position(|values| values.len() != rows) {
+            return Err(value_error(format!(
+                "column `{}` has {} rows, but `{}` has {rows}",
+                COLUMNS[k],
+                series[k].len(),
+                COLUMNS[0]
+            )));
+        }
+        let mut recording = gaitshift_analysis::Recording::new(metadata);
+        let mut values = vec![0.0; COLUMNS.len()];
+        for row in 0..rows {
+            for (value, column) in values.iter_mut().zip(&series) {
+                *value = column[row];
+            }
+            recording
+                .push_row(&values)
+                .map_err(|e| value_error(format!("row {row}: {e}")))?;
+        }
+        Ok(Self(recording))
+    }
+
+    #[staticmethod]
+    fn read_csv(path: PathBuf) -> PyResult<Self> {
+        gaitshift_analysis::Recording::read_csv(path)
+            .map(Self)
+            .map_err(recording_error)
+    }
+
+    fn write_csv(&self, path: PathBuf) -> PyResult<()> {
+        self.0.write_csv(path).map_err(recording_error)
+    }
+
+    fn write_npz(&self, path: PathBuf) -> PyResult<()> {
+        let bytes = gaitshift_export::npz(&self.0).map_err(PyOSError::new_err)?;
+        std::fs::write(&path, bytes).map_err(|e| os_error(&e, &path))
+    }
+
+    #[getter]
+    fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.0.metadata)
+    }
+
+    #[getter]
+    fn columns(&self) -> Vec<&'static str> {
+        COLUMNS.to_vec()
+    }
+
+    fn __len__(&self) -> usize {
+        self.0.len()
+    }
+
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let column = Column::named(name).ok_or_else(|| {
+            PyKeyError::new_err(format!(
+                "a recording has no column `{name}`; see gaitshift.COLUMNS"
+            ))
+        })?;
+        Ok(PyArray1::from_slice(py, self.0.column(column)))
+    }
+
+    #[pyo3(signature = (settling_time_s = 5.0))]
+    fn summary<'py>(&self, py: Python<'py>, settling_time_s: f64) -> PyResult<Bound<'py, PyAny>> {
+        if !(settling_time_s.is_finite() && settling_time_s >= 0.0) {
+            return Err(value_error(format!(
+                "`settling_time_s` is {settling_time_s}, but it must be 0 or greater"
+            )));
+        }
+        let options = AnalysisOptions {
+            settling_time_s,
+            ..AnalysisOptions::default()
+        };
+        to_python(py, &summarise(&self.0, &options))
+    }
+
+    fn transition_summary<'py>(
+        &self,
+        py: Python<'py>,
+        ramp_start_s: f64,
+        ramp_end_s: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if !(ramp_start_s.is_finite() && ramp_end_s.is_finite() && ramp_start_s <= ramp_end_s) {
+            return Err(value_error(format!(
+                "the ramp from {ramp_start_s} s to {ramp_end_s} s must be finite and end after it begins"
+            )));
+        }
+        let options = TransitionOptions::default();
+        let summary = summarise_transition(&self.0, ramp_start_s, ramp_end_s, &options);
+        to_python(py, &summary)
+    }
+}

@@ -1,0 +1,24 @@
+"""What the tests share: the program, and the body in MuJoCo."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="session")
+def program():
+    """Runs the Rust program that GAITSHIFT_PROGRAM names, or that cargo built last in the dev profile."""
+    target = Path(os.environ.get("CARGO_TARGET_DIR", REPOSITORY / "target"))
+    path = os.environ.get("GAITSHIFT_PROGRAM", str(target / "debug" / "gaitshift"))
+    if not Path(path).exists():
+        pytest.fail(f"{path} does not exist: run `cargo build -p gaitshift`, or set GAITSHIFT_PROGRAM")
+
+    def run(*arguments, **options):
+        command = [path, *map(str, arguments)]
+        return subprocess.run(command, check=True, capture_output=True, **options).stdout
+
+    return run

@@ -1,0 +1,99 @@
+"""Contract: importing is quick; every public name is documented and has types; examples and
+outside learners run."""
+
+import ast
+import importlib.metadata
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+
+import gaitshift
+
+PACKAGE = Path(gaitshift.__file__).parent
+
+
+def test_importing_is_quick():
+    # Time of the processor, NumPy and Gymnasium included: it does not depend on what else the machine does.
+    code = "import time; start = time.process_time(); import gaitshift; print(time.process_time() - start)"
+    seconds = min(
+        float(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout)
+        for _ in range(5)
+    )
+    print(f"\nimport gaitshift: {seconds:.3f} s of processor time, least of 5")
+    assert seconds < 0.3
+
+
+def test_gymnasium_finds_it_by_the_modules_name():
+    code = "import gymnasium; gymnasium.make('gaitshift:gaitshift/PassiveBiped-v0').reset(seed=1)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_version_is_the_crates():
+    assert importlib.metadata.version("gaitshift") == gaitshift.__version__
+
+
+def test_everything_public_is_documented():
+    for name in gaitshift.__all__:
+        value = getattr(gaitshift, name)
+        if inspect.isclass(value) and value is not gaitshift.Body:
+            assert value.__doc__, name
+            for member, function in inspect.getmembers(value, inspect.isfunction):
+                if not member.startswith("_") and function.__module__.startswith("gaitshift"):
+                    assert function.__doc__ or member in ("predict",), f"{name}.{member}"
+
+
+def test_the_stubs_name_what_the_compiled_module_has():
+    from gaitshift import _native
+
+    tree = ast.parse((PACKAGE / "_native.pyi").read_text())
+    assert (PACKAGE / "py.typed").exists()
+    stubs = {}
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef):
+            stubs[node.name] = {f.name for f in node.body if isinstance(f, ast.FunctionDef)}
+        elif isinstance(node, ast.FunctionDef):
+            stubs[node.name] = set()
+        elif isinstance(node, ast.AnnAssign):
+            stubs[node.target.id] = set()
+    stubs.pop("AdvanceReport")
+    names = {name for name in dir(_native) if not name.startswith("__") or name == "__version__"}
+    assert set(stubs) == names
+    for name, members in stubs.items():
+        if members:
+            public = {member for member in vars(getattr(_native, name)) if not member.startswith("__")}
+            assert public == {member for member in members if not member.startswith("__")}, name
+
+
+def test_stable_baselines3_trains_on_it():
+    from stable_baselines3 import SAC
+    from stable_baselines3.common.env_checker import check_env
+
+    env = gymnasium.make("gaitshift/PassiveBiped-v0", omega_v=0.5)
+    check_env(env.unwrapped)
+    model = SAC("MlpPolicy", env, seed=1, learning_starts=500, policy_kwargs={"net_arch": [32, 32]}, train_freq=4)
+    before = [parameter.detach().clone() for parameter in model.actor.parameters()]
+    model.learn(3000)
+    after = list(model.actor.parameters())
+    assert all(bool(p.isfinite().all()) for p in after)
+    assert any(bool((p != q).any()) for p, q in zip(before, after))
+    assert model.num_timesteps == 3000
+    lengths = [episode["l"] for episode in model.ep_info_buffer]
+    assert len(lengths) > 3 and np.mean(lengths) > 10
+
+
+def test_the_example_runs(tmp_path):
+    example = Path(__file__).parents[1] / "examples" / "train_and_compare.py"
+    command = [sys.executable, example, "--steps", "600", "--out", tmp_path]
+    subprocess.run(command, check=True, capture_output=True, cwd=tmp_path)
+    assert (tmp_path / "comparison.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("call", ["accelerations", "advance"])
+def test_the_compiled_classes_refuse_what_is_no_array(call):
+    with pytest.raises(TypeError):
+        getattr(gaitshift.Body(), call)("a", "b", "c", 1)

@@ -1,0 +1,173 @@
+"""Contract: a vector environment's every row is what the single environment of that seed gives, to the bit, through
+automatic resets in each of Gymnasium's modes and for any number of threads; Gymnasium's own SyncVectorEnv is the oracle."""
+
+import threading
+import time
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+import gaitshift
+
+ID = "gaitshift/PassiveBiped-v0"
+# Short episodes, so that there are many resets, some by the time limit and some by falls.
+SHORT = {"task": {"termination": {"time_limit_s": 0.18, "min_hip_height_m": 0.7}}}
+
+
+def assert_equal_info(ours, theirs, where):
+    for key, value in theirs.items():
+        assert key in ours, (where, key)
+        if key == "final_info":
+            assert_equal_info(ours[key], value, (where, key))
+        elif key == "final_obs":
+            for a, b in zip(ours[key], value):
+                assert (a is None) == (b is None)
+                if a is not None:
+                    np.testing.assert_array_equal(a, b)
+        elif not key.startswith("_"):
+            mask = theirs["_" + key]
+            np.testing.assert_array_equal(ours[key][mask], value[mask], err_msg=f"{where} {key}")
+            assert ours["_" + key][mask].all()
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+@pytest.mark.parametrize("threads", [1, 3])
+def test_it_equals_gymnasiums_own_vector_of_single_environments(mode, threads):
+    count = 5
+    ours = gymnasium.make_vec(ID, num_envs=count, autoreset_mode=mode, threads=threads, **SHORT)
+    assert isinstance(ours.unwrapped, gaitshift.PassiveBipedVectorEnv)
+    theirs = SyncVectorEnv([lambda: gaitshift.PassiveBipedEnv(**SHORT)] * count, autoreset_mode=mode)
+    assert ours.metadata["autoreset_mode"] == mode
+    assert ours.observation_space == theirs.observation_space
+    assert ours.action_space == theirs.action_space
+    rng = np.random.default_rng(1)
+    a, b = ours.reset(seed=11), theirs.reset(seed=11)
+    np.testing.assert_array_equal(a[0], b[0])
+    assert_equal_info(a[1], b[1], "reset")
+    ends = np.zeros(2)
+    for k in range(300):
+        actions = rng.uniform(-1, 1, (count, 2)).astype(np.float32)
+        a, b = ours.step(actions), theirs.step(actions)
+        for one, other in zip(a[:4], b[:4]):
+            np.testing.assert_array_equal(one, other, err_msg=f"step {k}")
+            assert one.dtype == other.dtype
+        assert_equal_info(a[4], b[4], k)
+        ends += [a[2].sum(), a[3].sum()]
+    assert np.all(ends > 3), f"terminated, truncated: {ends}"
+
+
+def test_without_automatic_resets_a_mask_resets():
+    env = gymnasium.make_vec(ID, num_envs=3, autoreset_mode=AutoresetMode.DISABLED, **SHORT).unwrapped
+    env.reset(seed=1)
+    while True:
+        observations, _, terminated, truncated, _ = env.step(np.zeros((3, 2)))
+        if (terminated | truncated).any():
+            break
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(np.zeros((3, 2)))
+    over = terminated | truncated
+    again, info = env.reset(options={"reset_mask": over, "omega_v": 1.25})
+    np.testing.assert_array_equal(again[~over], observations[~over])
+    assert np.all(again[over][:, -1] == 1.25)
+    np.testing.assert_array_equal(info["_time_s"], over)
+    env.step(np.zeros((3, 2)))
+
+
+def test_seeds():
+    env = gymnasium.make_vec(ID, num_envs=3)
+    first = env.reset(seed=5)[0]
+    np.testing.assert_array_equal(env.reset(seed=[5, 6, 7])[0], first)
+    np.testing.assert_array_equal(env.reset(seed=[None, 6, 7])[0][1:], first[1:])
+    other = gymnasium.make_vec(ID, num_envs=3).reset()[0]
+    assert len(np.unique(other[:, 7])) == 3
+
+
+def test_gymnasiums_processes_can_run_it_too():
+    controller = gaitshift.Controller.shipped()
+    env = gymnasium.make_vec(ID, num_envs=2, vectorization_mode="async", controller=controller)
+    observations, _ = env.reset(seed=5)
+    ours = gymnasium.make_vec(ID, num_envs=2, controller=controller)
+    np.testing.assert_array_equal(observations, ours.reset(seed=5)[0])
+    env.close()
+
+
+def test_commands_of_each_environment():
+    env = gymnasium.make_vec(ID, num_envs=2).unwrapped
+    env.reset(seed=1)
+    env.set_omega_v([0.5, 1.5])
+    np.testing.assert_array_equal(env.step(np.zeros((2, 2)))[0][:, -1], [0.5, 1.5])
+    with pytest.raises(ValueError):
+        env.set_omega_v([1.0, 2.0, 3.0])
+
+
+def test_it_steps_without_the_interpreters_lock():
+    env = gymnasium.make_vec(ID, num_envs=64).unwrapped
+    env.reset(seed=1)
+    actions = np.zeros((64, 2))
+    running, counted = True, 0
+
+    def count():
+        nonlocal counted
+        while running:
+            counted += 1
+            time.sleep(1e-4)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    try:
+        start, largest = time.perf_counter(), 0
+        while time.perf_counter() - start < 2.0:
+            before = counted
+            env.step(actions)
+            # With the lock held for the whole step, at most the switch at its beginning is counted.
+            largest = max(largest, counted - before)
+    finally:
+        running = False
+        thread.join()
+    assert largest >= 5, "no other thread ran during a step"
+
+
+@pytest.mark.parametrize(
+    "actions", [np.zeros((2, 2)), np.zeros(6), np.full((3, 2), np.nan), np.zeros((3, 3)), "forward", None]
+)
+def test_bad_actions_are_refused(actions):
+    env = gymnasium.make_vec(ID, num_envs=3).unwrapped
+    env.reset(seed=1)
+    with pytest.raises((ValueError, TypeError)):
+        env.step(actions)
+
+
+@pytest.mark.parametrize(
+    ("options", "error"),
+    [
+        ({"num_envs": 0}, ValueError),
+        ({"num_envs": -1}, ValueError),
+        ({"num_envs": 2, "threads": 0}, ValueError),
+        ({"num_envs": 2, "autoreset_mode": "sometimes"}, ValueError),
+        ({"num_envs": 2, "body": {"mass": 1.0}}, ValueError),
+        ({"num_envs": 2, "wheels": 4}, TypeError),
+    ],
+)
+def test_what_cannot_be_made_is_refused(options, error):
+    with pytest.raises(error):
+        gymnasium.make_vec(ID, **options)
+
+
+def test_bad_resets_are_refused():
+    env = gymnasium.make_vec(ID, num_envs=2).unwrapped
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(np.zeros((2, 2)))
+    with pytest.raises(ValueError):
+        env.reset(seed=[1, 2, 3])
+    with pytest.raises(TypeError):
+        env.reset(options={"reset_mask": [True, False]})
+    with pytest.raises(ValueError):
+        env.reset(options={"reset_mask": np.array([True])})
+    with pytest.raises(ValueError, match="wind"):
+        env.reset(options={"wind": 1.0})
+    env.reset()
+    env.close()
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError):
+        env.step(np.zeros((2, 2)))

@@ -1,0 +1,136 @@
+//! `gaitshift analyse`: what recordings show, whichever program wrote them.
+
+use crate::arguments::AnalyseArguments;
+use crate::evaluate::describe;
+use crate::failure::Failure;
+use crate::output;
+use crate::transition;
+use gaitshift_analysis::recording::{Recording, column};
+use gaitshift_analysis::{GaitSummary, TransitionOptions, TransitionSummary, summarise_transition};
+use serde::Serialize;
+use std::path::Path;
+
+#[derive(Serialize)]
+struct Row {
+    recording: String,
+    controller: String,
+    omega_v: Option<f64>,
+    #[serde(flatten)]
+    summary: GaitSummary,
+}
+
+#[derive(Serialize)]
+struct Rows {
+    rows: Vec<Row>,
+}
+
+#[derive(Serialize)]
+struct Change {
+    recording: String,
+    controller: String,
+    ramp_start_s: f64,
+    ramp_end_s: f64,
+    #[serde(flatten)]
+    summary: TransitionSummary,
+}
+
+#[derive(Serialize)]
+struct Changes {
+    transitions: Vec<Change>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &AnalyseArguments) -> Result<(), Failure> {
+    let recordings = arguments
+        .recordings
+        .iter()
+        .map(|path| {
+            Ok((
+                path.as_path(),
+                Recording::read_csv(path).map_err(Failure::input)?,
+            ))
+        })
+        .collect::<Result<Vec<_>, Failure>>()?;
+    if arguments.transition {
+        changes(&recordings, arguments.json)
+    } else {
+        rows(&recordings, arguments)
+    }
+}
+
+fn rows(recordings: &[(&Path, Recording)], arguments: &AnalyseArguments) -> Result<(), Failure> {
+    let rows: Vec<Row> = recordings
+        .iter()
+        .map(|(path, recording)| {
+            let row = describe(recording, arguments.settling_s);
+            Row {
+                recording: path.display().to_string(),
+                controller: recording.metadata.controller.clone(),
+                omega_v: row.omega_v,
+                summary: row.summary,
+            }
+        })
+        .collect();
+    if arguments.json {
+        return output::json(&Rows { rows });
+    }
+    let named = rows.iter().map(|row| {
+        let command = row
+            .omega_v
+            .map_or_else(|| "varying".to_owned(), |omega_v| omega_v.to_string());
+        (command, &row.summary)
+    });
+    output::gait_table(named)
+        .iter()
+        .try_for_each(|line| output::line(line))
+}
+
+fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure> {
+    let mut transitions = Vec::new();
+    for (path, recording) in recordings {
+        let (ramp_start_s, ramp_end_s) = ramp(recording).ok_or_else(|| {
+            Failure::input(format!(
+                "{}: `omega_v` never changes, so there is no transition; leave --transition out",
+                path.display()
+            ))
+        })?;
+        let options = TransitionOptions::default();
+        transitions.push(Change {
+            recording: path.display().to_string(),
+            controller: recording.metadata.controller.clone(),
+            ramp_start_s,
+            ramp_end_s,
+            summary: summarise_transition(recording, ramp_start_s, ramp_end_s, &options),
+        });
+    }
+    if json {
+        return output::json(&Changes { transitions });
+    }
+    for change in &transitions {
+        output::line(&format!(
+            "{}: ω_v changes from {} s to {} s",
+            change.recording, change.ramp_start_s, change.ramp_end_s
+        ))?;
+        for line in transition::describe(&change.summary) {
+            output::line(&line)?;
+        }
+    }
+    Ok(())
+}
+
+/// When the command leaves its first value and when it has its last, in s. A row holds the command as it
+/// was at the beginning of its period, that is at the time of the row before.
+fn ramp(recording: &Recording) -> Option<(f64, f64)> {
+    let commands = recording.column(column::OMEGA_V);
+    let times = recording.column(column::TIME_S);
+    let (first, last) = (commands.first()?, commands.last()?);
+    let changed = commands.iter().position(|command| command != first)?;
+    let moving = commands
+        .iter()
+        .rposition(|command| command != last)
+        .unwrap_or(changed);
+    Some((
+        times[changed.saturating_sub(2)],
+        times[moving.max(changed - 1)],
+    ))
+}

@@ -1,0 +1,85 @@
+//! `gaitshift export`: body, controller and recording for other programs.
+
+use crate::arguments::{ExportArguments, ExportFormat};
+use crate::failure::Failure;
+use gaitshift_analysis::Recording;
+use gaitshift_body::BodyParameters;
+use gaitshift_experiment::{Controller, load_body_overrides};
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+
+/// Runs the command.
+pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
+    match &arguments.format {
+        ExportFormat::Mjcf {
+            body,
+            controller,
+            out,
+        } => {
+            let parameters = body_of(body.as_deref(), controller.as_deref())?;
+            put(
+                gaitshift_export::mjcf(&parameters).as_bytes(),
+                out.as_deref(),
+            )
+        }
+        ExportFormat::Onnx { controller, out } => {
+            let controller = load(controller.as_deref())?;
+            let bytes = gaitshift_export::onnx(&controller).map_err(Failure::run)?;
+            put_binary(&bytes, out.as_deref())
+        }
+        ExportFormat::Csv { recording, out } => {
+            let recording = read(recording)?;
+            // Written anew, so that unknown columns are gone and the order is the documented one.
+            match out {
+                Some(path) => recording.write_csv(path).map_err(Failure::run),
+                None => put(recording.to_csv().map_err(Failure::run)?.as_bytes(), None),
+            }
+        }
+        ExportFormat::Npz { recording, out } => {
+            let bytes = gaitshift_export::npz(&read(recording)?).map_err(Failure::run)?;
+            put_binary(&bytes, out.as_deref())
+        }
+    }
+}
+
+fn load(path: Option<&Path>) -> Result<Controller, Failure> {
+    match path {
+        Some(path) => Controller::read(path),
+        None => Controller::shipped(),
+    }
+    .map_err(Failure::input)
+}
+
+fn read(path: &Path) -> Result<Recording, Failure> {
+    Recording::read_csv(path).map_err(Failure::input)
+}
+
+/// The body of a controller, or the default one, changed as a file says.
+fn body_of(body: Option<&Path>, controller: Option<&Path>) -> Result<BodyParameters, Failure> {
+    let base = match controller {
+        Some(path) => load(Some(path))?.body,
+        None => BodyParameters::default(),
+    };
+    match body {
+        Some(path) => load_body_overrides(path, &base).map_err(Failure::input),
+        None => Ok(base),
+    }
+}
+
+/// Bytes that no terminal should be shown.
+fn put_binary(bytes: &[u8], out: Option<&Path>) -> Result<(), Failure> {
+    if out.is_none() && io::stdout().is_terminal() {
+        return Err(Failure::input(
+            "this format is no text; name a file with --out FILE, or redirect standard output",
+        ));
+    }
+    put(bytes, out)
+}
+
+/// To a file, or to standard output.
+fn put(bytes: &[u8], out: Option<&Path>) -> Result<(), Failure> {
+    match out {
+        Some(path) => std::fs::write(path, bytes).map_err(|cause| Failure::write(path, &cause)),
+        None => Ok(io::stdout().write_all(bytes)?),
+    }
+}

@@ -1,0 +1,56 @@
+//! Contract: `gaitshift analyse` says of a recording's file what `evaluate` and `transition` say of the motion
+//! itself, so that another simulator's recording is judged by the same rules.
+
+mod common;
+use common::Place;
+use serde_json::Value;
+
+#[test]
+fn a_steady_motion_is_described_as_evaluate_does() {
+    let place = Place::new();
+    let evaluated = place.json("evaluate --omega-v 0,3 --duration-s 3 --out motions --json");
+    let analysed = place.json("analyse motions/omega_v_0.csv motions/omega_v_3.csv --json");
+    for k in 0..2 {
+        let Value::Object(fields) = &evaluated["rows"][k] else {
+            panic!("a row is an object");
+        };
+        for (name, value) in fields {
+            assert_eq!(analysed["rows"][k][name], *value, "{name}");
+        }
+        assert_eq!(analysed["rows"][k]["controller"], "the shipped controller");
+    }
+    let table = place.stdout("analyse motions/omega_v_0.csv");
+    assert!(table.contains("gait"), "{table}");
+}
+
+#[test]
+fn a_transition_is_described_as_transition_does() {
+    let place = Place::new();
+    let changed = place.json("transition --start-s 2 --after-s 2 --json --out change");
+    let analysed = place.json("analyse --transition change/recording.csv --json");
+    let found = &analysed["transitions"][0];
+    assert_eq!(
+        (&found["ramp_start_s"], &found["ramp_end_s"]),
+        (&2.0.into(), &2.4.into())
+    );
+    let Value::Object(fields) = &changed else {
+        panic!("a transition is an object");
+    };
+    for (name, value) in fields {
+        assert_eq!(found[name], *value, "{name}");
+    }
+    let text = place.stdout("analyse --transition change/recording.csv");
+    assert!(text.contains("from 2 s to 2.4 s"), "{text}");
+}
+
+#[test]
+fn what_is_no_recording_or_has_no_transition_is_refused() {
+    let place = Place::new();
+    place.write_toy_recording("toy.csv");
+    place.refused("analyse no.csv", &["no.csv"]);
+    place.refused("analyse --transition toy.csv", &["toy.csv", "--transition"]);
+    place.refused(
+        "analyse --transition --settling-s 1 toy.csv",
+        &["--settling-s"],
+    );
+}

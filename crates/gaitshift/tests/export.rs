@@ -1,0 +1,52 @@
+//! Contract: `gaitshift export` writes body, controller and recording to a file or to standard output, the
+//! same bytes either way, and refuses what it cannot read with one error that names it.
+
+mod common;
+use common::Place;
+
+#[test]
+fn every_format_goes_to_a_file_or_to_standard_output() {
+    let place = Place::new();
+    place.write_toy_recording("toy.csv");
+    for (format, begins) in [
+        ("mjcf", &b"<!-- "[..]),
+        ("onnx", b"\x08\x08"),
+        ("csv toy.csv", b"# gaitshift-recording 1 "),
+        ("npz toy.csv", b"PK\x03\x04"),
+    ] {
+        let printed = place.output(&format!("export {format}"));
+        assert_eq!(printed.status.code(), Some(0), "{format}");
+        assert!(printed.stdout.starts_with(begins), "{format}");
+        assert_eq!(place.stdout(&format!("export {format} -o out")), "");
+        assert_eq!(place.read("out"), printed.stdout, "{format}");
+    }
+    assert_eq!(
+        place.output("export csv toy.csv").stdout,
+        place.read("toy.csv")
+    );
+}
+
+#[test]
+fn the_body_is_the_one_asked_for() {
+    let place = Place::new();
+    place.write("ice.toml", "friction = 0.125\n");
+    let text = place.stdout("export mjcf --body ice.toml");
+    assert!(text.contains("friction=\"0.125 0 0\""));
+    assert_ne!(text, place.stdout("export mjcf"));
+}
+
+#[test]
+fn what_cannot_be_exported_is_refused() {
+    let place = Place::new();
+    place.write("bad.toml", "frction = 0.5\n");
+    place.write("bad.csv", "time_s\n0\n");
+    place.refused("export mjcf --body bad.toml", &["bad.toml", "frction"]);
+    place.refused("export mjcf --body no.toml", &["no.toml"]);
+    place.refused("export onnx --controller bad.csv", &["bad.csv"]);
+    place.refused("export npz bad.csv", &["bad.csv"]);
+    place.refused("export csv no.csv", &["no.csv"]);
+    place.refused("export gltf", &["gltf"]);
+    let output = place.output("export mjcf -o no/such/folder.xml");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("folder.xml"));
+}
