@@ -25,6 +25,8 @@ import gaitshift
 
 COMMANDS = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5]
 SIDES = ("right", "left")
+# The recorded terms of the reward.
+TERMS = [name.removeprefix("reward_") for name in gaitshift.COLUMNS if name.startswith("reward_")]
 
 
 class Biped:
@@ -48,48 +50,51 @@ class Biped:
 
     def contact(self):
         """Normal and tangential force on each foot in N, power lost to friction and taken by normal forces in W."""
-        data, forces, friction_w, normal_w = self.data, np.zeros((2, 2)), 0.0, 0.0
-        for contact in data.contact[: data.ncon]:
-            row = contact.efc_address
-            if row < 0:
-                continue
-            force, speed = data.efc_force[row : row + 3], data.efc_vel[row : row + 3]
-            # The frame's rows are the normal, up, and two tangents; forces act on the second geom, the sphere's.
-            foot = self.foot_of_geom[contact.geom[1]]
-            sign = 1.0
-            if foot < 0:
-                foot, sign = self.foot_of_geom[contact.geom[0]], -1.0
-            on_foot = sign * (contact.frame.reshape(3, 3).T @ force)
-            forces[foot] += on_foot[2], on_foot[0]
-            friction_w -= force[1:] @ speed[1:]
-            normal_w -= force[0] * speed[0]
-        return forces, friction_w, normal_w
+        data, forces = self.data, np.zeros((2, 2))
+        if data.ncon == 0:
+            return forces, 0.0, 0.0
+        # Every contact is of the ground (first geom) with a sphere of a sole: three rows, normal and two tangents.
+        rows = data.contact.efc_address
+        touching = rows >= 0
+        rows = rows[touching, None] + np.arange(3)
+        force, speed = data.efc_force[rows], data.efc_vel[rows]
+        feet = self.foot_of_geom[data.contact.geom[touching, 1]]
+        # The tangents are x and y in some order and sign.
+        tangents = data.contact.frame[touching][:, [3, 6]]
+        np.add.at(forces[:, 0], feet, force[:, 0])
+        np.add.at(forces[:, 1], feet, np.sum(force[:, 1:] * tangents, axis=1))
+        return forces, -np.sum(force[:, 1:] * speed[:, 1:]), -np.sum(force[:, 0] * speed[:, 0])
 
     def period(self, command):
         """Advances by a control period: means of the forces, and amounts of work and loss."""
-        p, data, dt = self.p, self.data, self.model.opt.timestep
+        p, model, data, dt = self.p, self.model, self.data, self.model.opt.timestep
         data.ctrl[:] = command
         force = np.clip(command, -1.0, 1.0) * p["actuator_force_n"]
-        means, amounts = np.zeros((2, 2)), dict.fromkeys(("work", "positive", "damper", "friction", "normal"), 0.0)
-        for _ in range(self.steps):
-            old = data.qvel.copy()
-            mujoco.mj_step(self.model, data)
-            mean = 0.5 * (old + data.qvel)
-            for side, k in enumerate((3, 7)):
-                work = force[side] * mean[k + 1] * dt
-                amounts["work"] += work
-                amounts["positive"] += max(work, 0.0)
-                relative, relative_mean = old[k + 2] - old[k + 3], mean[k + 2] - mean[k + 3]
-                amounts["damper"] += dt * (
-                    p["hip_damping_nms_per_rad"] * old[k] * mean[k]
-                    + p["c1_ns_per_m"] * old[k + 2] * mean[k + 2]
-                    + p["c2_ns_per_m"] * relative * relative_mean
-                )
+        means, friction_w, normal_w = np.zeros((2, 2)), 0.0, 0.0
+        velocities = np.empty((self.steps + 1, 11))
+        velocities[0] = data.qvel
+        for k in range(self.steps):
+            mujoco.mj_step(model, data)
+            velocities[k + 1] = data.qvel
             # After a step these are still the forces of its beginning, as in our recordings.
-            forces, friction_w, normal_w = self.contact()
+            forces, friction, normal = self.contact()
             means += forces
-            amounts["friction"] += friction_w * dt
-            amounts["normal"] += normal_w * dt
+            friction_w += friction
+            normal_w += normal
+        old, mean = velocities[:-1], 0.5 * (velocities[:-1] + velocities[1:])
+        work = force * mean[:, [4, 8]] * dt
+        damper = 0.0
+        for phi, d, w in ((3, 5, 6), (7, 9, 10)):
+            relative, relative_mean = old[:, d] - old[:, w], mean[:, d] - mean[:, w]
+            damper += p["hip_damping_nms_per_rad"] * old[:, phi] @ mean[:, phi]
+            damper += p["c1_ns_per_m"] * old[:, d] @ mean[:, d] + p["c2_ns_per_m"] * relative @ relative_mean
+        amounts = {
+            "work": work.sum(),
+            "positive": np.maximum(work, 0.0).sum(),
+            "damper": damper * dt,
+            "friction": friction_w * dt,
+            "normal": normal_w * dt,
+        }
         return means / self.steps, force, amounts
 
 
@@ -133,12 +138,12 @@ def record(biped, session, start, profile, duration_s, name):
         values |= {"actuator_work_j": totals["work"], "actuator_positive_work_j": totals["positive"]}
         values |= {"damper_dissipation_j": totals["damper"], "contact_dissipation_j": lost, "stop_dissipation_j": 0.0}
         values["reward"] = sum(terms.values())
-        values |= {f"reward_{n}": terms[n] for n in ("energy", "velocity", "forward", "alive", "leg", "friction")}
+        values |= {f"reward_{name}": terms[name] for name in TERMS}
         rows.append(values)
 
     omega_v = float(np.interp(0.0, times, commands))
     mujoco.mj_forward(biped.model, data)
-    no_terms = dict.fromkeys(("energy", "velocity", "forward", "alive", "leg", "friction"), 0.0)
+    no_terms = dict.fromkeys(TERMS, 0.0)
     row(0.0, omega_v, np.zeros(2), np.zeros(2), biped.contact()[0], no_terms)
     for k in range(1, round(duration_s / period_s) + 1):
         omega_v = float(np.interp((k - 1) * period_s, times, commands))
@@ -154,7 +159,13 @@ def record(biped, session, start, profile, duration_s, name):
             totals[key] += value
         energy = biped.body.energy(data.qpos, data.qvel)
         terms = gaitshift.reward_terms(
-            task, data.qpos, data.qvel, energy["total"] - before, amounts["friction"], omega_v
+            task,
+            data.qpos,
+            data.qvel,
+            omega_v,
+            energy_change_j=energy["total"] - before,
+            friction_loss_j=amounts["friction"],
+            positive_work_j=amounts["positive"],
         )
         row(k * period_s, omega_v, action, force, means, terms)
         end = task["termination"]
@@ -183,6 +194,17 @@ def figure(value, digits=2):
     return "–" if value is None else f"{value:.{digits}f}"
 
 
+def print_steady(ours, theirs):
+    print("Steady motions, ours | MuJoCo\n")
+    print("| ω_v | gait | upright, s | speed, m/s | Froude number | cost of transport | step frequency, Hz |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    columns = {"survived_s": 1, "speed_m_per_s": 2, "froude": 2, "cost_of_transport": 3, "step_frequency_hz": 2}
+    for a, b in zip(ours, theirs):
+        both = [f"{a['gait']} \\| {b['gait']}"]
+        both += [f"{figure(a[name], digits)} \\| {figure(b[name], digits)}" for name, digits in columns.items()]
+        print(f"| {b['omega_v']:g} | " + " | ".join(both) + " |", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--controller", help="controller file [default: the shipped controller]")
@@ -190,6 +212,8 @@ def main():
     parser.add_argument("--out", type=Path, default=Path("out/mujoco_transfer"), help="folder for recordings and report")
     parser.add_argument("--duration-s", type=float, default=20.0, help="duration of each steady motion in s")
     parser.add_argument("--change-after-s", type=float, default=10.0, help="when the command changes, in s")
+    parser.add_argument("--phases", type=int, default=1, help="begin each change at so many times within a second")
+    parser.add_argument("--changes-only", action="store_true", help="leave the steady motions out")
     arguments = parser.parse_args()
     out = arguments.out
     out.mkdir(parents=True, exist_ok=True)
@@ -211,55 +235,49 @@ def main():
     start = start_of(controller)
 
     steady = {}
-    for omega_v in COMMANDS:
+    commands_held = [] if arguments.changes_only else COMMANDS
+    for omega_v in commands_held:
         path = out / f"mujoco_omega_v_{omega_v:g}.csv"
         profile = [(0.0, omega_v)]
         record(biped, session, start, profile, arguments.duration_s, controller.name).write_csv(path)
         steady[omega_v] = path
-    theirs = json.loads(program("analyse", "--json", *steady.values()))["rows"]
-    listed = ",".join(f"{omega_v:g}" for omega_v in COMMANDS)
-    ours = json.loads(
-        program("evaluate", "--json", "--omega-v", listed, "--duration-s", arguments.duration_s, *chosen)
-    )["rows"]
-
-    print("Steady motions, ours | MuJoCo\n")
-    print("| ω_v | gait | upright, s | speed, m/s | Froude number | cost of transport | step frequency, Hz |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
-    for omega_v, a, b in zip(COMMANDS, ours, theirs):
-        both = [f"{a['gait']} \\| {b['gait']}"]
-        for name, digits in (
-            ("survived_s", 1), ("speed_m_per_s", 2), ("froude", 2), ("cost_of_transport", 3), ("step_frequency_hz", 2)
-        ):
-            both.append(f"{figure(a[name], digits)} \\| {figure(b[name], digits)}")
-        print(f"| {omega_v:g} | " + " | ".join(both) + " |")
+    ours, theirs = [], []
+    if steady:
+        theirs = json.loads(program("analyse", "--json", *steady.values()))["rows"]
+        listed = ",".join(f"{omega_v:g}" for omega_v in steady)
+        words = ["--omega-v", listed, "--duration-s", arguments.duration_s, *chosen]
+        ours = json.loads(program("evaluate", "--json", *words))["rows"]
+        print_steady(ours, theirs)
 
     changes = []
-    at, ramp = arguments.change_after_s, 0.4
+    ramp = 0.4
     print("\nChanges of gait in 0.4 s, ours | MuJoCo\n")
-    print("| change | gait before | gait after | upright, s | speed before, m/s | speed after, m/s |")
-    print("| --- | --- | --- | --- | --- | --- |")
+    print("| change | begun at, s | gait before | gait after | upright, s | speed before, m/s | speed after, m/s |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
     for first, last in ((0.0, 3.0), (3.0, 0.0)):
-        path = out / f"mujoco_{first:g}_to_{last:g}.csv"
-        profile = [(at, first), (at + ramp, last)]
-        record(biped, session, start, profile, at + ramp + 10.0, controller.name).write_csv(path)
-        recording = gaitshift.Recording.read_csv(path)
-        b = recording.transition_summary(at, at + ramp)
-        a = json.loads(
-            program("transition", "--json", "--from", first, "--to", last, "--start-s", at, *chosen)
-        )
-        changes.append({"from": first, "to": last, "ours": a, "mujoco": b})
-        both = [f"{a[name]} \\| {b[name]}" for name in ("gait_before", "gait_after")]
-        both += [
-            f"{figure(a[name])} \\| {figure(b[name])}"
-            for name in ("survived_s", "speed_before_m_per_s", "speed_after_m_per_s")
-        ]
-        print(f"| {first:g} → {last:g} | " + " | ".join(both) + " |")
+        for phase in range(arguments.phases):
+            # A stride lasts a second or less: so the phases cover one.
+            at = arguments.change_after_s + phase / arguments.phases
+            path = out / f"mujoco_{first:g}_to_{last:g}_at_{at:g}_s.csv"
+            profile = [(at, first), (at + ramp, last)]
+            recording = record(biped, session, start, profile, at + ramp + 10.0, controller.name)
+            recording.write_csv(path)
+            b = recording.transition_summary(at, at + ramp)
+            words = ["--from", first, "--to", last, "--start-s", at, "--ramp-s", ramp, *chosen]
+            a = json.loads(program("transition", "--json", *words))
+            changes.append({"from": first, "to": last, "start_s": at, "ours": a, "mujoco": b})
+            both = [f"{a[name]} \\| {b[name]}" for name in ("gait_before", "gait_after")]
+            both += [
+                f"{figure(a[name])} \\| {figure(b[name])}"
+                for name in ("survived_s", "speed_before_m_per_s", "speed_after_m_per_s")
+            ]
+            print(f"| {first:g} → {last:g} | {at:g} | " + " | ".join(both) + " |", flush=True)
 
     report = {
         "controller": controller.name,
         "provenance": controller.provenance,
         "mujoco": mujoco.__version__,
-        "steady": [{"omega_v": w, "ours": a, "mujoco": b} for w, a, b in zip(COMMANDS, ours, theirs)],
+        "steady": [{"omega_v": w, "ours": a, "mujoco": b} for w, a, b in zip(steady, ours, theirs)],
         "changes": changes,
     }
     (out / "report.json").write_text(json.dumps(report, indent=1))

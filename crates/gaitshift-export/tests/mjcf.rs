@@ -86,11 +86,11 @@ fn every_parameter_changes_the_file() {
         let mut changed = fields.clone();
         let new = match value.as_u64() {
             Some(count) => serde_json::json!(count + 1),
-            None => serde_json::json!(value.as_f64().unwrap() * 0.9 + 0.01),
+            None => serde_json::json!(value.as_f64().unwrap() * 0.8 + 0.01),
         };
         changed.insert(key.clone(), new);
         let changed: BodyParameters = serde_json::from_value(changed.into()).unwrap();
-        assert_ne!(mjcf(&changed), text, "{key}");
+        assert!(mjcf(&changed) != text, "{key}");
     }
 }
 

@@ -14,37 +14,40 @@ use pyo3::types::{PyDict, PyString};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-const INFO_SIZE: usize = 26;
+/// Terms of the reward, without the symmetry term (7), which only a learner knows.
+const TERMS: usize = RewardTerms::NAMES.len() - 1;
+const INFO_SIZE: usize = 4 + TERMS + 16;
 
-/// Names of the numbers in `info`: those of a recording's columns.
-pub const INFO_NAMES: [&str; INFO_SIZE] = [
-    "time_s",
-    "omega_v",
-    "x_m",
-    "z_m",
-    "reward_energy",
-    "reward_velocity",
-    "reward_forward",
-    "reward_alive",
-    "reward_leg",
-    "reward_friction",
-    "kinetic_energy_j",
-    "gravitational_energy_j",
-    "hip_spring_energy_j",
-    "leg_spring_energy_j",
-    "contact_energy_j",
-    "stop_energy_j",
-    "actuator_work_j",
-    "actuator_positive_work_j",
-    "damper_dissipation_j",
-    "contact_dissipation_j",
-    "stop_dissipation_j",
-    "right_normal_force_n",
-    "right_tangential_force_n",
-    "left_normal_force_n",
-    "left_tangential_force_n",
-    "diverged",
-];
+/// Names of the numbers in `info`: those of a recording's columns, and `diverged` at the end.
+pub fn info_names() -> Vec<String> {
+    let terms = RewardTerms::NAMES
+        .iter()
+        .filter(|name| **name != "symmetry");
+    let rest = [
+        "kinetic_energy_j",
+        "gravitational_energy_j",
+        "hip_spring_energy_j",
+        "leg_spring_energy_j",
+        "contact_energy_j",
+        "stop_energy_j",
+        "actuator_work_j",
+        "actuator_positive_work_j",
+        "damper_dissipation_j",
+        "contact_dissipation_j",
+        "stop_dissipation_j",
+        "right_normal_force_n",
+        "right_tangential_force_n",
+        "left_normal_force_n",
+        "left_tangential_force_n",
+        "diverged",
+    ];
+    ["time_s", "omega_v", "x_m", "z_m"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(terms.map(|name| format!("reward_{name}")))
+        .chain(rest.map(str::to_owned))
+        .collect()
+}
 
 /// How a vector environment goes on after an episode, as Gymnasium's `AutoresetMode`.
 const NEXT_STEP: u8 = 0;
@@ -159,17 +162,14 @@ impl Setting {
     ) -> [f64; INFO_SIZE] {
         let s: &BodyState = &environment.state;
         let (energy, account) = (self.body.energy(s), &environment.account);
-        [
+        let names = RewardTerms::NAMES.iter().zip(terms.values());
+        let place = [
             f64::from(environment.periods) * self.task.control_period_s,
             environment.omega_v,
             s.x,
             s.z,
-            terms.energy,
-            terms.velocity,
-            terms.forward,
-            terms.alive,
-            terms.leg,
-            terms.friction,
+        ];
+        let rest = [
             energy.kinetic,
             energy.gravitational,
             energy.hip_springs,
@@ -186,7 +186,10 @@ impl Setting {
             report.normal_n[LEFT],
             report.tangential_n[LEFT],
             f64::from(u8::from(diverged)),
-        ]
+        ];
+        let own = names.filter(|(name, _)| **name != "symmetry");
+        let mut values = place.into_iter().chain(own.map(|term| term.1)).chain(rest);
+        std::array::from_fn(|_| values.next().unwrap_or_default())
     }
 
     /// One step of one environment of a vector, with Gymnasium's automatic resets.
@@ -273,7 +276,7 @@ impl Batch {
                 omega_v,
             },
             threads,
-            names: INFO_NAMES
+            names: info_names()
                 .iter()
                 .map(|name| PyString::new(py, name).unbind())
                 .collect(),

@@ -2,7 +2,7 @@
 
 use crate::convert::{numbers, to_python, value_error, with_overrides};
 use gaitshift_body::{BodyParameters, BodyState, EnergyAccount};
-use gaitshift_task::TaskParameters;
+use gaitshift_task::{StepEnergies, TaskParameters};
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -140,20 +140,27 @@ impl Body {
 
 /// See `_native.pyi`.
 #[pyfunction]
+#[pyo3(signature = (task, positions, velocities, omega_v, *, energy_change_j, friction_loss_j, positive_work_j))]
+#[allow(clippy::too_many_arguments)]
 pub fn reward_terms<'py>(
     py: Python<'py>,
     task: &Bound<'py, PyAny>,
     positions: Array<'py>,
     velocities: Array<'py>,
+    omega_v: f64,
     energy_change_j: f64,
     friction_loss_j: f64,
-    omega_v: f64,
+    positive_work_j: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
     let task: TaskParameters = with_overrides(&TaskParameters::default(), Some(task), "task")?;
+    let energies = StepEnergies {
+        change_j: energy_change_j,
+        friction_loss_j,
+        positive_work_j,
+    };
     let terms = task.reward.terms(
         &state(&positions, &velocities)?,
-        energy_change_j,
-        friction_loss_j,
+        &energies,
         omega_v,
         task.control_period_s,
     );

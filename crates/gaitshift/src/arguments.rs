@@ -435,7 +435,9 @@ pub enum ExportFormat {
         #[arg(short, long, value_name = "FILE.onnx")]
         out: Option<PathBuf>,
     },
-    /// A recording as CSV, checked and with exactly the documented columns
+    /// A recording as CSV
+    ///
+    /// Read, checked, and written with exactly the documented columns in their order.
     Csv {
         /// Recording (CSV)
         #[arg(value_name = "RECORDING.csv")]
@@ -444,7 +446,9 @@ pub enum ExportFormat {
         #[arg(short, long, value_name = "FILE.csv")]
         out: Option<PathBuf>,
     },
-    /// A recording as NPZ, for `numpy.load`: one array for each column, and its metadata as JSON text
+    /// A recording as NPZ, for `numpy.load`
+    ///
+    /// One array for each column, and `metadata`, the JSON of the recording's first line, as a string.
     Npz {
         /// Recording (CSV)
         #[arg(value_name = "RECORDING.csv")]

@@ -64,14 +64,16 @@ def reward_terms(
     task: Mapping[str, Any],
     positions: _Floats,
     velocities: _Floats,
+    omega_v: float,
+    *,
     energy_change_j: float,
     friction_loss_j: float,
-    omega_v: float,
+    positive_work_j: float,
 ) -> dict[str, float]:
     """The weighted terms of the reward of a period that ended in a state, before the common factor.
 
     `task` holds parameters that differ from the default task; `energy_change_j` is the change of the body's total
-    energy over the period, `friction_loss_j` what friction took.
+    energy over the period, `friction_loss_j` what friction took, `positive_work_j` the actuators' positive work.
     """
 
 class Recording:
