@@ -220,13 +220,18 @@ pub struct Batch {
     names: Vec<Py<PyString>>,
 }
 
+type Vector<'py, T> = Bound<'py, PyArray1<T>>;
+type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+/// Observation, reward, terminated, truncated, info.
+type OneStep<'py> = (Vector<'py, f64>, f64, bool, bool, Bound<'py, PyDict>);
+/// Observations, rewards, terminated, truncated, info, and observations and info of episodes that ended.
 type Vectors<'py> = (
-    Bound<'py, PyArray2<f64>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<bool>>,
-    Bound<'py, PyArray1<bool>>,
-    Bound<'py, PyArray2<f64>>,
-    Option<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)>,
+    Matrix<'py>,
+    Vector<'py, f64>,
+    Vector<'py, bool>,
+    Vector<'py, bool>,
+    Matrix<'py>,
+    Option<(Matrix<'py>, Matrix<'py>)>,
 );
 
 #[pymethods]
@@ -312,7 +317,7 @@ impl Batch {
         &mut self,
         py: Python<'py>,
         index: usize,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    ) -> PyResult<(Vector<'py, f64>, Vector<'py, f64>)> {
         let state = self.slot(index)?.environment.state;
         Ok((
             PyArray1::from_slice(py, &state.positions()),
@@ -327,7 +332,7 @@ impl Batch {
         index: usize,
         omega_v: Option<f64>,
         default_start: bool,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyDict>)> {
+    ) -> PyResult<(Vector<'py, f64>, Bound<'py, PyDict>)> {
         omega_v.map_or(Ok(()), check_command)?;
         self.slot(index)?;
         let opening = Opening {
@@ -342,19 +347,7 @@ impl Batch {
     }
 
     /// One step of the first environment.
-    #[allow(clippy::type_complexity)]
-    fn step_one<'py>(
-        &mut self,
-        py: Python<'py>,
-        right: f64,
-        left: f64,
-    ) -> PyResult<(
-        Bound<'py, PyArray1<f64>>,
-        f64,
-        bool,
-        bool,
-        Bound<'py, PyDict>,
-    )> {
+    fn step_one<'py>(&mut self, py: Python<'py>, right: f64, left: f64) -> PyResult<OneStep<'py>> {
         check_action(right)?;
         check_action(left)?;
         let row = py.detach(|| self.setting.step(&mut self.slots[0], [right, left]));
@@ -374,7 +367,7 @@ impl Batch {
         mask: Vec<bool>,
         omega_v: Option<f64>,
         default_start: bool,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
         omega_v.map_or(Ok(()), check_command)?;
         if mask.len() != self.slots.len() {
             return Err(value_error(format!(
