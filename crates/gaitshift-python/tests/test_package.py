@@ -23,9 +23,9 @@ def test_importing_is_quick():
     code = "import time; start = time.thread_time(); import gaitshift; print(time.thread_time() - start)"
     seconds = min(
         float(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout)
-        for _ in range(5)
+        for _ in range(10)
     )
-    print(f"\nimport gaitshift: {seconds:.3f} s of processor time, least of 5")
+    print(f"\nimport gaitshift: {seconds:.3f} s of processor time, least of 10")
     assert seconds < 0.3
 
 
