@@ -80,6 +80,11 @@ fn put_binary(bytes: &[u8], out: Option<&Path>) -> Result<(), Failure> {
 fn put(bytes: &[u8], out: Option<&Path>) -> Result<(), Failure> {
     match out {
         Some(path) => std::fs::write(path, bytes).map_err(|cause| Failure::write(path, &cause)),
-        None => Ok(io::stdout().write_all(bytes)?),
+        None => {
+            let mut output = io::stdout();
+            output.write_all(bytes)?;
+            // At the program's end nobody would hear of what cannot be written.
+            Ok(output.flush()?)
+        }
     }
 }
