@@ -1,4 +1,4 @@
-//! The mechanism alone.
+//! The mechanism alone. The texts for `help` stand here and, for editors, in `_native.pyi`.
 
 use crate::convert::{numbers, to_python, value_error, with_overrides};
 use gaitshift_body::{BodyParameters, BodyState, EnergyAccount};
@@ -13,7 +13,13 @@ type Eleven<'py> = Bound<'py, PyArray1<f64>>;
 /// Longest stretch for one call of `advance`, in steps: an hour at the default step.
 const MOST_STEPS: u32 = 18_000_000;
 
-/// See `_native.pyi`.
+/// The mechanism alone: no task, no controller.
+///
+/// `parameters` are those that differ from the default body's (keys of `[body]`); ValueError for an unknown one or a
+/// value out of range.
+///
+/// Positions and velocities are arrays of shape (11,), float64: x, z, theta, then phi, h, d, w of the right leg and of
+/// the left one (m, rad, m/s, rad/s).
 #[pyclass(module = "gaitshift", frozen)]
 pub struct Body(gaitshift_body::Body);
 
@@ -35,15 +41,18 @@ impl Body {
         Ok(Self(body))
     }
 
+    /// All parameters.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(py, self.0.parameters())
     }
 
+    /// The body as MJCF, the model format of MuJoCo; `qpos` and `qvel` are positions and velocities.
     fn mjcf(&self) -> String {
         gaitshift_export::mjcf(self.0.parameters())
     }
 
+    /// Accelerations of the 11 coordinates (m/s², rad/s²) under the actuators' forces, shape (2,), in N.
     fn accelerations<'py>(
         &self,
         py: Python<'py>,
@@ -57,6 +66,10 @@ impl Body {
         Ok(PyArray1::from_slice(py, &accelerations))
     }
 
+    /// Integrates `steps` steps of `time_step_s` under a constant command, shape (2,), limited to [-1, 1].
+    ///
+    /// Returns positions, velocities and a report: means of the forces in N, right and left, and the account of
+    /// works and losses in J. The lock of the interpreter is not held.
     fn advance<'py>(
         &self,
         py: Python<'py>,
@@ -87,6 +100,7 @@ impl Body {
         ))
     }
 
+    /// Energies in J: kinetic, gravitational, hip_springs, leg_springs, elastic, contact, stops, total.
     fn energy<'py>(
         &self,
         py: Python<'py>,
@@ -110,6 +124,8 @@ impl Body {
         Ok(out)
     }
 
+    /// What the ground does to the right and the left foot: tangential_n, normal_n (N), moment_nm about the hip axis
+    /// (N m), elastic_j (J), normal_loss_w and friction_loss_w (W).
     fn foot_contact<'py>(
         &self,
         py: Python<'py>,
@@ -131,6 +147,7 @@ impl Body {
         Ok([foot(0)?, foot(1)?])
     }
 
+    /// Height of the hip axis in m at which the lower sole just touches the ground.
     fn lowest_hip_height(&self, positions: Array<'_>) -> PyResult<f64> {
         let positions = numbers(&positions, "positions")?;
         let state = BodyState::from_coordinates(&positions, &[0.0; 11]);
@@ -138,7 +155,10 @@ impl Body {
     }
 }
 
-/// See `_native.pyi`.
+/// The weighted terms of the reward of a period that ended in a state, before the common factor.
+///
+/// `task` holds parameters that differ from the default task; `energy_change_j` is the change of the body's total
+/// energy over the period, `friction_loss_j` what friction took, `positive_work_j` the actuators' positive work.
 #[pyfunction]
 #[pyo3(signature = (task, positions, velocities, omega_v, *, energy_change_j, friction_loss_j, positive_work_j))]
 #[allow(clippy::too_many_arguments)]

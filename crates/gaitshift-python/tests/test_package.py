@@ -41,11 +41,27 @@ def test_the_version_is_the_crates():
 def test_everything_public_is_documented():
     for name in gaitshift.__all__:
         value = getattr(gaitshift, name)
-        if inspect.isclass(value) and value is not gaitshift.Body:
+        if callable(value):
             assert value.__doc__, name
-            for member, function in inspect.getmembers(value, inspect.isfunction):
-                if not member.startswith("_") and function.__module__.startswith("gaitshift"):
-                    assert function.__doc__ or member in ("predict",), f"{name}.{member}"
+        if inspect.isclass(value):
+            for member, own in vars(value).items():
+                if not member.startswith("_") and (callable(own) or hasattr(own, "__get__")):
+                    assert inspect.getdoc(getattr(value, member)), f"{name}.{member}"
+
+
+def test_help_says_of_the_compiled_names_what_the_stubs_say():
+    tree = ast.parse((PACKAGE / "_native.pyi").read_text())
+    by_name = {node.name: node for node in tree.body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
+    documented = 0
+    for name in ("Body", "reward_terms"):
+        compiled = getattr(gaitshift, name)
+        assert inspect.getdoc(compiled) == ast.get_docstring(by_name[name]), name
+        for node in by_name[name].body:
+            if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+                member = f"{name}.{node.name}"
+                assert inspect.getdoc(getattr(compiled, node.name)) == ast.get_docstring(node), member
+                documented += 1
+    assert documented >= 7
 
 
 def test_the_stubs_name_what_the_compiled_module_has():
