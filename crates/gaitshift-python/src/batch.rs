@@ -237,18 +237,17 @@ type Vectors<'py> = (
 #[pymethods]
 impl Batch {
     #[new]
-    #[pyo3(signature = (count, seeds, omega_v, *, experiment = None, controller = None, body = None, task = None, threads = 1))]
+    #[pyo3(signature = (count, omega_v, *, experiment = None, controller = None, body = None, task = None, threads = 1))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
-        count: usize,
-        seeds: Vec<u64>,
+        count: i64,
         omega_v: [f64; 2],
         experiment: Option<&str>,
         controller: Option<&Controller>,
         body: Option<&Bound<'_, PyAny>>,
         task: Option<&Bound<'_, PyAny>>,
-        threads: usize,
+        threads: i64,
     ) -> PyResult<Self> {
         let controller = controller.map(|c| &c.controller);
         let (body, task) = body_and_task(experiment, controller, body, task)?;
@@ -257,24 +256,16 @@ impl Batch {
                 "`omega_v` is {omega_v:?}, but it must be a command from -100 to 100, or a pair (lowest, highest) of them"
             )));
         }
-        if !(1..=65_536).contains(&count) || seeds.len() != count {
-            return Err(value_error(format!(
-                "the number of environments is {count}, but it must be from 1 to 65536"
-            )));
-        }
-        if !(1..=256).contains(&threads) {
-            return Err(value_error(format!(
-                "`threads` is {threads}, but it must be from 1 to 256"
-            )));
-        }
+        let count = in_range("num_envs", count, 65_536)?;
+        let threads = in_range("threads", threads, 256)?;
         let blank = Environment::new(&body, BodyState::standing(&body), 0.0);
-        let slot = |seed| Slot {
-            environment: blank.clone(),
-            rng: Xoshiro256PlusPlus::seed_from_u64(seed),
+        let slot = Slot {
+            environment: blank,
+            rng: Xoshiro256PlusPlus::seed_from_u64(0),
             over: false,
         };
         Ok(Self {
-            slots: seeds.into_iter().map(slot).collect(),
+            slots: vec![slot; count],
             setting: Setting {
                 body,
                 task,
@@ -303,13 +294,25 @@ impl Batch {
         Ok(())
     }
 
-    fn get_omega_v(&mut self, index: usize) -> PyResult<f64> {
-        Ok(self.slot(index)?.environment.omega_v)
+    #[getter]
+    fn omega_v(&self) -> Vec<f64> {
+        self.slots.iter().map(|s| s.environment.omega_v).collect()
     }
 
-    fn set_omega_v(&mut self, index: usize, omega_v: f64) -> PyResult<()> {
-        check_command(omega_v)?;
-        self.slot(index)?.environment.omega_v = omega_v;
+    /// The commands of all environments; none changes if one is out of range.
+    #[setter]
+    fn set_omega_v(&mut self, omega_v: Vec<f64>) -> PyResult<()> {
+        if omega_v.len() != self.slots.len() {
+            return Err(value_error(format!(
+                "{} commands were given for {} environments",
+                omega_v.len(),
+                self.slots.len()
+            )));
+        }
+        omega_v.iter().try_for_each(|&value| check_command(value))?;
+        for (slot, value) in self.slots.iter_mut().zip(omega_v) {
+            slot.environment.omega_v = value;
+        }
         Ok(())
     }
 
@@ -478,6 +481,17 @@ impl Batch {
         info.set_item(&self.names[INFO_SIZE - 1], diverged)?;
         Ok(info)
     }
+}
+
+fn in_range(name: &str, value: i64, most: usize) -> PyResult<usize> {
+    usize::try_from(value)
+        .ok()
+        .filter(|value| (1..=most).contains(value))
+        .ok_or_else(|| {
+            value_error(format!(
+                "`{name}` is {value}, but it must be from 1 to {most}"
+            ))
+        })
 }
 
 fn check_action(value: f64) -> PyResult<()> {

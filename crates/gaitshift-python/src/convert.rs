@@ -23,17 +23,18 @@ pub fn to_python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound
     py.import("json")?.call_method1("loads", (text,))
 }
 
-/// Python's dictionaries, lists, numbers (NumPy's too) and texts as a value.
-pub fn from_python(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+/// Python's dictionaries, lists, numbers (NumPy's too) and texts as a value; `name` is what errors call it.
+pub fn from_python(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     let py = value.py();
     let options = PyDict::new(py);
     options.set_item("allow_nan", false)?;
     options.set_item("default", py.get_type::<pyo3::types::PyFloat>())?;
     let text: String = py
         .import("json")?
-        .call_method("dumps", (value,), Some(&options))?
+        .call_method("dumps", (value,), Some(&options))
+        .map_err(|e| value_error(format!("`{name}`: {}", e.value(py))))?
         .extract()?;
-    serde_json::from_str(&text).map_err(value_error)
+    serde_json::from_str(&text).map_err(|e| value_error(format!("`{name}`: {e}")))
 }
 
 /// `base` with the keys that a dictionary replaces; an unknown key is an error that lists the known ones.
@@ -44,7 +45,7 @@ pub fn with_overrides<T: Serialize + DeserializeOwned>(
 ) -> PyResult<T> {
     let mut whole = serde_json::to_value(base).map_err(value_error)?;
     if let Some(overrides) = overrides {
-        overlay(&mut whole, from_python(overrides)?);
+        overlay(&mut whole, from_python(overrides, name)?);
     }
     serde_json::from_value(whole).map_err(|e| value_error(format!("`{name}`: {e}")))
 }

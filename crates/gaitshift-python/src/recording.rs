@@ -24,8 +24,9 @@ fn recording_error(error: RecordingError) -> PyErr {
 impl Recording {
     #[new]
     fn new(metadata: &Bound<'_, PyAny>, columns: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let metadata: RecordingMetadata = serde_json::from_value(from_python(metadata)?)
-            .map_err(|e| value_error(format!("`metadata`: {e}")))?;
+        let metadata: RecordingMetadata =
+            serde_json::from_value(from_python(metadata, "metadata")?)
+                .map_err(|e| value_error(format!("`metadata`: {e}")))?;
         let mut series: Vec<Vec<f64>> = Vec::with_capacity(COLUMNS.len());
         for name in COLUMNS {
             let values = columns

@@ -58,6 +58,20 @@ def test_it_equals_gymnasiums_own_vector_of_single_environments(mode, threads):
     assert np.all(ends > 3), f"terminated, truncated: {ends}"
 
 
+def test_what_a_step_gave_is_not_changed_later():
+    env = gymnasium.make_vec(ID, num_envs=3, autoreset_mode=AutoresetMode.DISABLED, **SHORT).unwrapped
+    env.reset(seed=1)
+    given = []
+    for _ in range(40):
+        observations, rewards, terminated, truncated, info = env.step(np.ones((3, 2)))
+        given.append((info, {key: value.copy() for key, value in info.items()}))
+        if (terminated | truncated).any():
+            env.reset(options={"reset_mask": terminated | truncated})
+    for info, copied in given:
+        for key, value in copied.items():
+            np.testing.assert_array_equal(info[key], value, err_msg=key)
+
+
 def test_without_automatic_resets_a_mask_resets():
     env = gymnasium.make_vec(ID, num_envs=3, autoreset_mode=AutoresetMode.DISABLED, **SHORT).unwrapped
     env.reset(seed=1)
@@ -98,8 +112,10 @@ def test_commands_of_each_environment():
     env.reset(seed=1)
     env.set_omega_v([0.5, 1.5])
     np.testing.assert_array_equal(env.step(np.zeros((2, 2)))[0][:, -1], [0.5, 1.5])
-    with pytest.raises(ValueError):
-        env.set_omega_v([1.0, 2.0, 3.0])
+    for values in ([1.0, 2.0, 3.0], [1.0, np.nan]):
+        with pytest.raises(ValueError):
+            env.set_omega_v(values)
+    np.testing.assert_array_equal(env.step(np.zeros((2, 2)))[0][:, -1], [0.5, 1.5])
 
 
 def test_it_steps_without_the_interpreters_lock():
@@ -144,6 +160,8 @@ def test_bad_actions_are_refused(actions):
     [
         ({"num_envs": 0}, ValueError),
         ({"num_envs": -1}, ValueError),
+        ({"num_envs": 10**9}, ValueError),
+        ({"num_envs": 2, "threads": -1}, ValueError),
         ({"num_envs": 2, "threads": 0}, ValueError),
         ({"num_envs": 2, "autoreset_mode": "sometimes"}, ValueError),
         ({"num_envs": 2, "body": {"mass": 1.0}}, ValueError),
@@ -157,10 +175,15 @@ def test_what_cannot_be_made_is_refused(options, error):
 
 def test_bad_resets_are_refused():
     env = gymnasium.make_vec(ID, num_envs=2).unwrapped
-    with pytest.raises(gymnasium.error.ResetNeeded):
-        env.step(np.zeros((2, 2)))
+    calls = [lambda: env.step(np.zeros((2, 2))), lambda: env.set_omega_v(1.0)]
+    for call in calls:
+        with pytest.raises(gymnasium.error.ResetNeeded):
+            call()
     with pytest.raises(ValueError):
         env.reset(seed=[1, 2, 3])
+    for seed in (-1, [0, -1], [0, "one"], 2**64 - 1):
+        with pytest.raises(gymnasium.error.Error, match="seed"):
+            env.reset(seed=seed)
     with pytest.raises(TypeError):
         env.reset(options={"reset_mask": [True, False]})
     with pytest.raises(ValueError):
@@ -169,5 +192,6 @@ def test_bad_resets_are_refused():
         env.reset(options={"wind": 1.0})
     env.reset()
     env.close()
-    with pytest.raises(gymnasium.error.ClosedEnvironmentError):
-        env.step(np.zeros((2, 2)))
+    for call in (*calls, env.reset):
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError):
+            call()

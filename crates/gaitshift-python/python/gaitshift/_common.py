@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
+from gymnasium.error import Error
 
 from gaitshift import _native
 from gaitshift._motion import Controller
@@ -23,7 +24,6 @@ def make_spaces() -> tuple[spaces.Box, spaces.Box]:
 
 def make_batch(
     count: int,
-    seeds: Sequence[int],
     omega_v: Command,
     experiment: str | os.PathLike[str] | None,
     controller: Controller | str | os.PathLike[str] | None,
@@ -38,19 +38,26 @@ def make_batch(
     for name, value in (("body", body), ("task", task)):
         if value is not None and not isinstance(value, Mapping):
             raise TypeError(f"`{name}` must be a mapping of parameters, not {type(value).__name__}")
-    bounds = [omega_v, omega_v] if np.isscalar(omega_v) else list(omega_v)
-    if len(bounds) != 2:
-        raise ValueError(f"`omega_v` must be a command or a pair (lowest, highest), not {omega_v!r}")
+    try:
+        bounds = np.broadcast_to(np.asarray(omega_v, dtype=np.float64), (2,)).tolist()
+    except (TypeError, ValueError):
+        raise ValueError(f"`omega_v` must be a command or a pair (lowest, highest), not {omega_v!r}") from None
     return _native.Batch(
         count,
-        list(seeds),
-        [float(bound) for bound in bounds],
+        bounds,
         experiment=None if experiment is None else os.fspath(experiment),
         controller=None if controller is None else controller._native,
         body=None if body is None else dict(body),
         task=None if task is None else dict(task),
         threads=threads,
     )
+
+
+def checked_seed(seed: Any) -> int:
+    """A seed of the program: what Gymnasium refuses is refused likewise, and what has more than 64 bits too."""
+    if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64:
+        raise Error(f"the seed is {seed!r}, but it must be a whole number from 0 to 2**64 - 1")
+    return int(seed)
 
 
 def reset_options(options: Mapping[str, Any] | None) -> tuple[float | None, bool]:
@@ -64,4 +71,6 @@ def reset_options(options: Mapping[str, Any] | None) -> tuple[float | None, bool
     if start not in ("default", "random"):
         raise ValueError(f"the option 'start' of reset is {start!r}, but it must be 'default' or 'random'")
     omega_v = options.get("omega_v")
+    if omega_v is not None and not isinstance(omega_v, (int, float, np.number)):
+        raise TypeError(f"the option 'omega_v' of reset must be a number, not {omega_v!r}")
     return None if omega_v is None else float(omega_v), start == "default"

@@ -28,15 +28,14 @@ class AdvanceReport(TypedDict):
 class Body:
     """The mechanism alone: no task, no controller.
 
+    `parameters` are those that differ from the default body's (keys of `[body]`); ValueError for an unknown one or a
+    value out of range.
+
     Positions and velocities are arrays of shape (11,), float64: x, z, theta, then phi, h, d, w of the right leg and of
     the left one (m, rad, m/s, rad/s).
     """
 
-    def __init__(self, parameters: Mapping[str, Any] | None = None) -> None:
-        """The default body, or one whose `parameters` differ (keys of `[body]`).
-
-        Raises ValueError for an unknown parameter or a value out of range.
-        """
+    def __init__(self, parameters: Mapping[str, Any] | None = None) -> None: ...
     @property
     def parameters(self) -> dict[str, Any]:
         """All parameters."""
@@ -124,7 +123,6 @@ class Batch:
     def __init__(
         self,
         count: int,
-        seeds: Sequence[int],
         omega_v: Sequence[float],
         *,
         experiment: str | None = None,
@@ -138,8 +136,10 @@ class Batch:
     @property
     def task(self) -> dict[str, Any]: ...
     def seed(self, index: int, seed: int) -> None: ...
-    def get_omega_v(self, index: int) -> float: ...
-    def set_omega_v(self, index: int, omega_v: float) -> None: ...
+    @property
+    def omega_v(self) -> list[float]: ...
+    @omega_v.setter
+    def omega_v(self, omega_v: Sequence[float]) -> None: ...
     def state(self, index: int) -> tuple[_Floats, _Floats]: ...
     def reset_one(
         self, index: int, omega_v: float | None = None, default_start: bool = False

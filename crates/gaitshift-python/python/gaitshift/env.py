@@ -65,14 +65,15 @@ class PassiveBipedEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
             render_mode: only ``None``; recordings are drawn by ``gaitshift render``.
 
         Raises:
-            ValueError: an unknown parameter, recipe or render mode, a value out of range.
-            OSError: a file that cannot be read.
+            ValueError: an unknown parameter, recipe or render mode, a value out of range, an experiment or controller
+                that cannot be used.
+            OSError: the controller's file cannot be read.
         """
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode!r} is not supported; record and use `gaitshift render` instead")
         self.render_mode = render_mode
         self.observation_space, self.action_space = make_spaces()
-        self._batch = make_batch(1, [0], omega_v, experiment, controller, body, task)
+        self._batch = make_batch(1, omega_v, experiment, controller, body, task)
         self._seeded = False
         self._running = False
         self._closed = False
@@ -89,12 +90,13 @@ class PassiveBipedEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
 
     @property
     def omega_v(self) -> float:
-        """The command in force. Set it at any time to change gait: the next step, and its reward, are under it."""
-        return self._batch.get_omega_v(0)
+        """The command in force. Set it during an episode to change gait: the next step, and its reward, are under it."""
+        return self._batch.omega_v[0]
 
     @omega_v.setter
     def omega_v(self, value: float) -> None:
-        self._batch.set_omega_v(0, value)
+        self._check_running("setting omega_v")
+        self._batch.omega_v = [value]
 
     @property
     def state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -106,8 +108,9 @@ class PassiveBipedEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     ) -> tuple[NDArray[np.float64], dict[str, Any]]:
         """Begins an episode; see the class for the options."""
         self._check_open()
-        super().reset(seed=seed)
         omega_v, default_start = reset_options(options)
+        seed = None if seed is None else checked_seed(seed)
+        super().reset(seed=seed)
         if seed is not None or not self._seeded:
             self._batch.seed(0, int(self.np_random.integers(2**63)) if seed is None else seed)
             self._seeded = True
@@ -125,9 +128,7 @@ class PassiveBipedEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
             gymnasium.error.ResetNeeded: no episode has begun.
             gymnasium.error.ClosedEnvironmentError: the environment is closed.
         """
-        if not self._running:
-            self._check_open()
-            raise ResetNeeded("call reset before step")
+        self._check_running("step")
         action = np.asarray(action, dtype=np.float64)
         if action.shape != (2,):
             raise ValueError(f"the action has the shape {action.shape}, but it must be (2,)")
@@ -137,6 +138,11 @@ class PassiveBipedEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
         """Ends the use of the environment; may be called again."""
         self._closed = True
         self._running = False
+
+    def _check_running(self, what: str) -> None:
+        if not self._running:
+            self._check_open()
+            raise ResetNeeded(f"call reset before {what}")
 
     def _check_open(self) -> None:
         if self._closed:

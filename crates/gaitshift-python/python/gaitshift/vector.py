@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from gaitshift import _native
-from gaitshift._common import Command, make_batch, make_spaces, reset_options
+from gaitshift._common import Command, checked_seed, make_batch, make_spaces, reset_options
 from gaitshift._motion import Controller
 
 _MODES = {AutoresetMode.NEXT_STEP: 0, AutoresetMode.SAME_STEP: 1, AutoresetMode.DISABLED: 2}
@@ -56,21 +56,16 @@ class PassiveBipedVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], 
         """
         if render_mode is not None:
             raise ValueError(f"render_mode {render_mode!r} is not supported; record and use `gaitshift render` instead")
-        if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
-            raise ValueError(f"`num_envs` is {num_envs!r}, but it must be a whole number of at least 1")
+        self._batch = make_batch(num_envs, omega_v, experiment, controller, body, task, threads)
         self.render_mode = render_mode
         self.num_envs = num_envs
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self.single_observation_space, self.single_action_space = make_spaces()
-        self._batch = make_batch(
-            num_envs, [0] * num_envs, omega_v, experiment, controller, body, task, threads
-        )
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._seeded = False
         self._over = np.zeros(num_envs, dtype=bool)
-        self._all = np.ones(num_envs, dtype=bool)
 
     @property
     def body(self) -> dict[str, Any]:
@@ -93,14 +88,16 @@ class PassiveBipedVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], 
         options = dict(options or {})
         mask = options.pop("reset_mask", None)
         omega_v, default_start = reset_options(options)
-        mask = self._all if mask is None else self._checked_mask(mask)
+        mask = np.ones(self.num_envs, dtype=bool) if mask is None else self._checked_mask(mask)
+        if not self._seeded and not mask.all():
+            raise ResetNeeded("the first reset must be of all environments")
         if seed is None:
             seeds: list[int | None] = [None] * self.num_envs
         elif isinstance(seed, (int, np.integer)):
+            seeds = [checked_seed(int(seed) + i) for i in range(self.num_envs)]
             super().reset(seed=int(seed))
-            seeds = [int(seed) + i for i in range(self.num_envs)]
         else:
-            seeds = list(seed)
+            seeds = [None if own is None else checked_seed(own) for own in seed]
             if len(seeds) != self.num_envs:
                 raise ValueError(f"{len(seeds)} seeds were given for {self.num_envs} environments")
         for i, own in enumerate(seeds):
@@ -110,11 +107,9 @@ class PassiveBipedVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], 
                 self._batch.seed(i, own)
             elif not self._seeded:
                 self._batch.seed(i, int(self.np_random.integers(2**63)))
-        if not self._seeded and not mask.all():
-            raise ResetNeeded("the first reset must be of all environments")
         self._seeded = True
         observations, info = self._batch.reset_all(mask.tolist(), omega_v, default_start)
-        self._over &= ~mask
+        self._over = self._over & ~mask
         return observations, self._info(info, mask)
 
     def step(
@@ -127,9 +122,7 @@ class PassiveBipedVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], 
             gymnasium.error.ResetNeeded: no episode has begun, or, without automatic resets, one is over.
             gymnasium.error.ClosedEnvironmentError: the environments are closed.
         """
-        self._check_open()
-        if not self._seeded:
-            raise ResetNeeded("call reset before step")
+        self._check_running("step")
         if self.autoreset_mode == AutoresetMode.DISABLED and self._over.any():
             first = int(np.argmax(self._over))
             raise ResetNeeded(f"the episode of environment {first} is over; reset it with options={{'reset_mask': ...}}")
@@ -141,7 +134,7 @@ class PassiveBipedVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], 
         )
         over = terminated | truncated
         self._over = over
-        infos = self._info(info, self._all)
+        infos = self._info(info, np.ones(self.num_envs, dtype=bool))
         if final is not None:
             final_observations, final_info = final
             rows = np.full(self.num_envs, None, dtype=object)
@@ -157,9 +150,8 @@ class PassiveBipedVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], 
 
     def set_omega_v(self, omega_v: float | Sequence[float]) -> None:
         """Changes the command of all environments, or of each by a sequence of ``num_envs`` numbers."""
-        values = np.broadcast_to(np.asarray(omega_v, dtype=np.float64), (self.num_envs,))
-        for i, value in enumerate(values.tolist()):
-            self._batch.set_omega_v(i, value)
+        self._check_running("set_omega_v")
+        self._batch.omega_v = np.broadcast_to(np.asarray(omega_v, dtype=np.float64), (self.num_envs,)).tolist()
 
     def close_extras(self, **kwargs: Any) -> None:
         """Nothing is held that would have to be given back."""
@@ -179,6 +171,11 @@ class PassiveBipedVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], 
         if not mask.any():
             raise ValueError("options['reset_mask'] names no environment")
         return mask
+
+    def _check_running(self, what: str) -> None:
+        self._check_open()
+        if not self._seeded:
+            raise ResetNeeded(f"call reset before {what}")
 
     def _check_open(self) -> None:
         if self.closed:
