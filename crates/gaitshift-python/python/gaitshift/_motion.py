@@ -115,7 +115,7 @@ class Recording(Mapping[str, NDArray[np.float64]]):
 
     def __repr__(self) -> str:
         metadata = self.metadata
-        duration_s = (self.rows - 1) * metadata["control_period_s"]
+        duration_s = max(self.rows - 1, 0) * metadata["control_period_s"]
         return f"<Recording of {duration_s:.2f} s by {metadata['controller']}, ended by {metadata['ended_by']}>"
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from numpy.typing import NDArray
 
-from gaitshift._common import Command, make_batch, make_spaces, reset_options
+from gaitshift._common import Command, checked_seed, make_batch, make_spaces, reset_options
 from gaitshift._motion import Controller
 
 
