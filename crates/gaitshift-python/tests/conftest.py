@@ -1,4 +1,4 @@
-"""What the tests share: the program, and the body in MuJoCo."""
+"""What the tests share: the program they compare with."""
 
 import os
 import subprocess
