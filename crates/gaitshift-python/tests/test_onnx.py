@@ -38,20 +38,36 @@ def test_the_file_is_valid_and_describes_itself(controller):
     assert json.loads(metadata["gaitshift.task"]) == controller.task
 
 
+def in_64_bits(model, observations):
+    """The graph's actions in 64-bit floats, and the greatest sum of any linear layer."""
+    constants = {t.name: onnx.numpy_helper.to_array(t).astype(np.float64) for t in model.graph.initializer}
+    values, greatest = observations, 0.0
+    for node in model.graph.node:
+        if node.op_type == "Gemm":
+            values = values @ constants[node.input[1]].T + constants[node.input[2]]
+            greatest = max(greatest, np.max(np.abs(values)))
+        else:
+            scale = constants[node.input[1]] if node.op_type == "Mul" else None
+            values = {"Mul": lambda v: v * scale, "Relu": lambda v: np.maximum(v, 0), "Tanh": np.tanh}[node.op_type](values)
+    return values, greatest
+
+
 def test_actions_equal_the_policys(controller):
     rng = np.random.default_rng(1)
-    # Of order one once they are scaled; a third of the actions is saturated. Sums before the tanh reach some tens, of
-    # which 32-bit floats resolve a few millionths.
-    observations = rng.normal(size=(5000, 14)) / np.array(gaitshift.OBSERVATION_SCALE)
+    # Of order one once they are scaled.
+    observations = (rng.normal(size=(5000, 14)) / np.array(gaitshift.OBSERVATION_SCALE)).astype(np.float32)
     run = session(controller.onnx())
-    [actions] = run.run(["action"], {"observation": observations.astype(np.float32)})
+    [actions] = run.run(["action"], {"observation": observations})
     ours = controller(observations)
-    difference = np.max(np.abs(actions - ours))
-    print(f"\nlargest difference of 5000 actions: {difference:.1e}")
-    assert actions.shape == (5000, 2) and np.std(ours) > 0.1
-    assert difference < 1e-5
-    [one] = run.run(None, {"observation": observations[:1].astype(np.float32)})
-    np.testing.assert_allclose(one, ours[:1], atol=1e-5)
+    exact, greatest = in_64_bits(onnx.load_from_string(controller.onnx()), observations.astype(np.float64))
+    # What 32-bit floats resolve of the greatest sum before the tanh.
+    rounding = np.finfo(np.float32).eps * greatest
+    print(f"\nlargest difference of 5000 actions: {np.max(np.abs(actions - ours)):.1e}, rounding {rounding:.1e}")
+    assert actions.shape == (5000, 2) and np.std(ours) > 0.1 and rounding < 1e-4
+    assert np.max(np.abs(actions - exact)) < 3 * rounding
+    assert np.max(np.abs(ours - exact)) < 3 * rounding
+    [one] = run.run(None, {"observation": observations[:1]})
+    np.testing.assert_allclose(one, ours[:1], atol=3 * rounding)
 
 
 def test_a_network_with_layer_normalisation(program, tmp_path):
