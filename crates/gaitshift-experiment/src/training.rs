@@ -349,6 +349,14 @@ impl Training {
         &self.experiment
     }
 
+    /// Uses another number of threads than the configuration says; the results stay the same.
+    ///
+    /// # Errors
+    /// When it is not from 1 to 256.
+    pub fn set_threads(&mut self, threads: usize) -> Result<(), TrainingError> {
+        Ok(self.agent.set_threads(threads)?)
+    }
+
     /// Takes the remaining steps.
     ///
     /// # Errors

@@ -158,8 +158,8 @@ pub struct TrainArguments {
     #[arg(long, value_name = "DIR", conflicts_with = "experiment")]
     pub resume: Option<PathBuf>,
 
-    /// Threads of the learner, 1 to 256 [default: the recipe's]; the result does not depend on them
-    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "resume",
+    /// Threads of the learner, 1 to 256 [default: the recipe's, or the run's]; the result does not depend on them
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
           value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
 

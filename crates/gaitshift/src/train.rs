@@ -66,7 +66,11 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
 /// A new run, or one to go on with, and its folder.
 fn prepare(arguments: &TrainArguments) -> Result<(PathBuf, Training), Failure> {
     if let Some(folder) = &arguments.resume {
-        let training = Training::resume(folder).map_err(Failure::input)?;
+        let mut training = Training::resume(folder).map_err(Failure::input)?;
+        if let Some(threads) = arguments.threads {
+            let set = training.set_threads(usize::from(threads));
+            set.map_err(Failure::input)?;
+        }
         return Ok((folder.clone(), training));
     }
     let origin = &arguments.experiment;

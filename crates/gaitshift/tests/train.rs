@@ -75,7 +75,7 @@ fn stopping_and_resuming_ends_with_the_same_controller() {
         stderr.contains("gaitshift train --resume parts"),
         "{stderr}"
     );
-    let report = place.json("train --resume parts --json");
+    let report = place.json("train --resume parts --threads 2 --json");
     assert_eq!(report["finished"], true);
     let rows = |folder: &str| {
         let file = format!("{folder}/controller-last.safetensors");
