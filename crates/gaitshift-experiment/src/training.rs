@@ -687,11 +687,12 @@ impl Training {
             .len()
             .saturating_sub(self.experiment.training.average_evaluations);
         latest.drain(..surplus);
-        if latest.len() > 1 {
+        if let Some((_, earlier)) = latest.split_last().filter(|(_, e)| !e.is_empty()) {
             let mut policies = Vec::new();
-            for &step in latest.iter() {
+            for &step in earlier {
                 policies.push(Controller::read(&self.folder.evaluated(step)?)?.policy);
             }
+            policies.push(controller.policy.clone());
             if let Some(mut mean) = Policy::mean(&policies.iter().collect::<Vec<_>>()) {
                 let of_mean = self.judge(&mut mean)?;
                 if of_mean.score() > judgement.score() {

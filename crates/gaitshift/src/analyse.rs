@@ -1,7 +1,7 @@
 //! `gaitshift analyse`: what recordings show, whichever program wrote them.
 
 use crate::arguments::AnalyseArguments;
-use crate::evaluate::describe;
+use crate::evaluate::{describe, print_gaits};
 use crate::failure::Failure;
 use crate::output;
 use crate::transition;
@@ -74,15 +74,10 @@ fn rows(recordings: &[(&Path, Recording)], arguments: &AnalyseArguments) -> Resu
     if arguments.json {
         return output::json(&Rows { rows });
     }
-    let named = rows.iter().map(|row| {
-        let command = row
-            .omega_v
-            .map_or_else(|| "varying".to_owned(), |omega_v| omega_v.to_string());
-        (command, &row.summary)
-    });
-    output::gait_table(named)
-        .iter()
-        .try_for_each(|line| output::line(line))
+    print_gaits(
+        rows.iter().map(|row| (row.omega_v, &row.summary)),
+        "varying",
+    )
 }
 
 fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure> {

@@ -60,11 +60,18 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
 
 /// Prints rows as a table.
 pub fn print_rows(rows: &[Row]) -> Result<(), Failure> {
-    let named = rows.iter().map(|row| {
-        let command = row
-            .omega_v
-            .map_or_else(|| "profile".to_owned(), |omega_v| omega_v.to_string());
-        (command, &row.summary)
+    let rows = rows.iter().map(|row| (row.omega_v, &row.summary));
+    print_gaits(rows, "profile")
+}
+
+/// Prints gaits as a table, each with the command that was held, or what to call one that was not.
+pub fn print_gaits<'a>(
+    rows: impl Iterator<Item = (Option<f64>, &'a GaitSummary)>,
+    not_held: &str,
+) -> Result<(), Failure> {
+    let named = rows.map(|(omega_v, summary)| {
+        let command = omega_v.map_or_else(|| not_held.to_owned(), |omega_v| omega_v.to_string());
+        (command, summary)
     });
     output::gait_table(named)
         .iter()

@@ -16,6 +16,27 @@ from gaitshift._motion import Controller
 Command = float | tuple[float, float]
 
 
+class HasParameters:
+    """What both environments tell of the body and the task they were made with."""
+
+    _batch: _native.Batch
+
+    @property
+    def body(self) -> dict[str, Any]:
+        """All parameters of the body."""
+        return self._batch.body
+
+    @property
+    def task(self) -> dict[str, Any]:
+        """All parameters of the task."""
+        return self._batch.task
+
+
+def refuse_render_mode(render_mode: object) -> None:
+    if render_mode is not None:
+        raise ValueError(f"render_mode {render_mode!r} is not supported; record and use `gaitshift render` instead")
+
+
 def make_spaces() -> tuple[spaces.Box, spaces.Box]:
     observation = spaces.Box(-np.inf, np.inf, (len(_native.OBSERVATION_NAMES),), np.float64)
     action = spaces.Box(-1.0, 1.0, (2,), np.float32)

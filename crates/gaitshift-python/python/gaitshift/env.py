@@ -11,11 +11,19 @@ import numpy as np
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from numpy.typing import NDArray
 
-from gaitshift._common import Command, checked_seed, make_batch, make_spaces, reset_options
+from gaitshift._common import (
+    Command,
+    HasParameters,
+    checked_seed,
+    make_batch,
+    make_spaces,
+    refuse_render_mode,
+    reset_options,
+)
 from gaitshift._motion import Controller
 
 
-class PassiveBipedEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
+class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
     """One biped at the paper's task.
 
     **Observation**, shape ``(14,)``, float64, SI units, not scaled, in the order of ``gaitshift.OBSERVATION_NAMES``:
@@ -69,24 +77,13 @@ class PassiveBipedEnv(gymnasium.Env[NDArray[np.float64], NDArray[np.float32]]):
                 that cannot be used.
             OSError: the controller's file cannot be read.
         """
-        if render_mode is not None:
-            raise ValueError(f"render_mode {render_mode!r} is not supported; record and use `gaitshift render` instead")
+        refuse_render_mode(render_mode)
         self.render_mode = render_mode
         self.observation_space, self.action_space = make_spaces()
         self._batch = make_batch(1, omega_v, experiment, controller, body, task)
         self._seeded = False
         self._running = False
         self._closed = False
-
-    @property
-    def body(self) -> dict[str, Any]:
-        """All parameters of the body."""
-        return self._batch.body
-
-    @property
-    def task(self) -> dict[str, Any]:
-        """All parameters of the task."""
-        return self._batch.task
 
     @property
     def omega_v(self) -> float:

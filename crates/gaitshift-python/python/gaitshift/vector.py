@@ -13,14 +13,22 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from gaitshift import _native
-from gaitshift._common import Command, checked_seed, make_batch, make_spaces, reset_options
+from gaitshift._common import (
+    Command,
+    HasParameters,
+    checked_seed,
+    make_batch,
+    make_spaces,
+    refuse_render_mode,
+    reset_options,
+)
 from gaitshift._motion import Controller
 
 _MODES = {AutoresetMode.NEXT_STEP: 0, AutoresetMode.SAME_STEP: 1, AutoresetMode.DISABLED: 2}
 _DIVERGED = _native.INFO_NAMES.index("diverged")
 
 
-class PassiveBipedVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[Any]]):
+class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArray[np.float32], NDArray[Any]]):
     """``num_envs`` bipeds, each as :class:`gaitshift.env.PassiveBipedEnv` and to the same bits.
 
     Observations ``(num_envs, 14)``, actions ``(num_envs, 2)``, rewards ``(num_envs,)`` float64, flags ``(num_envs,)``
@@ -54,8 +62,7 @@ class PassiveBipedVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], 
             autoreset_mode: how an environment goes on after its episode.
             threads: how many threads share a step; what comes out does not depend on it.
         """
-        if render_mode is not None:
-            raise ValueError(f"render_mode {render_mode!r} is not supported; record and use `gaitshift render` instead")
+        refuse_render_mode(render_mode)
         self._batch = make_batch(num_envs, omega_v, experiment, controller, body, task, threads)
         self.render_mode = render_mode
         self.num_envs = num_envs
@@ -66,16 +73,6 @@ class PassiveBipedVectorEnv(VectorEnv[NDArray[np.float64], NDArray[np.float32], 
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._seeded = False
         self._over = np.zeros(num_envs, dtype=bool)
-
-    @property
-    def body(self) -> dict[str, Any]:
-        """All parameters of the body."""
-        return self._batch.body
-
-    @property
-    def task(self) -> dict[str, Any]:
-        """All parameters of the task."""
-        return self._batch.task
 
     def reset(
         self,
