@@ -1,0 +1,112 @@
+//! How many updates a second the learner makes, for `benchmarks/compare.py`.
+//!
+//! `cargo run --release -p gaitshift-sac --example update_rate -- --hidden 128 --threads 1 [--layer-norm]
+//! [--transitions 200000]`
+//!
+//! Prints `ready`, then reads durations in seconds from standard input, one a line, and answers each with what it
+//! did meanwhile as one line of JSON: `{"count": updates, "seconds": time}`. At the end of the input it prints the peak
+//! of its resident memory and the bytes of the replay buffer.
+
+use std::io::BufRead;
+use std::time::Instant;
+
+use gaitshift_sac::{Agent, ReplayBuffer, SacConfig, SacError, Transitions};
+
+/// Sizes of the biped's task.
+const OBSERVATIONS: usize = 14;
+const ACTIONS: usize = 2;
+const STREAMS: usize = 8;
+/// Updates between two looks at the clock.
+const BLOCK: u32 = 5;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (mut hidden, mut threads, mut transitions, mut layer_norm) = (128, 1, 200_000, false);
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        let target = match argument.as_str() {
+            "--layer-norm" => {
+                layer_norm = true;
+                continue;
+            }
+            "--hidden" => &mut hidden,
+            "--threads" => &mut threads,
+            "--transitions" => &mut transitions,
+            _ => return Err(format!("{argument}: unknown; see the head of this file").into()),
+        };
+        let value = arguments.next().unwrap_or_default();
+        *target = value
+            .parse()
+            .map_err(|error| format!("{argument} {value}: {error}"))?;
+    }
+    let config = SacConfig {
+        actor_hidden: vec![hidden; 2],
+        critic_hidden: vec![hidden; 2],
+        actor_layer_norm: layer_norm,
+        critic_layer_norm: layer_norm,
+        threads,
+        ..SacConfig::default()
+    };
+    let mut agent = Agent::new(config, OBSERVATIONS, ACTIONS, None, 1)?;
+    let replay = filled_replay(transitions)?;
+    for _ in 0..100 {
+        agent.update(&replay)?;
+    }
+    println!("ready");
+    for line in std::io::stdin().lock().lines() {
+        let line = line?;
+        let seconds: f64 = line
+            .trim()
+            .parse()
+            .map_err(|error| format!("'{line}', not a duration in seconds: {error}"))?;
+        let start = Instant::now();
+        let mut updates = 0;
+        while start.elapsed().as_secs_f64() < seconds {
+            for _ in 0..BLOCK {
+                agent.update(&replay)?;
+            }
+            updates += BLOCK;
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        println!("{{\"count\": {updates}, \"seconds\": {seconds}}}");
+    }
+    let peak = peak_resident_bytes().map_or("null".to_string(), |bytes| bytes.to_string());
+    // Two observations, an action and four numbers more in single precision, and one byte of flags.
+    let replay = replay.len() * (4 * (2 * OBSERVATIONS + ACTIONS + 4) + 1);
+    println!("{{\"peak_resident_bytes\": {peak}, \"replay_bytes\": {replay}}}");
+    Ok(())
+}
+
+/// The greatest resident memory of this process so far, where the system tells (Linux).
+fn peak_resident_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
+}
+
+/// Transitions without meaning but with plausible magnitudes.
+fn filled_replay(transitions: usize) -> Result<ReplayBuffer, SacError> {
+    let mut replay = ReplayBuffer::new(transitions, STREAMS, OBSERVATIONS, ACTIONS)?;
+    let numbers = |count: usize, step: usize, scale: f32| -> Vec<f32> {
+        (0..count)
+            .map(|index| scale * ((index * 37 + step * 101) as f32).sin())
+            .collect()
+    };
+    for step in 0..transitions / STREAMS {
+        let terminated: Vec<bool> = (0..STREAMS)
+            .map(|stream| (step * 3 + stream) % 500 == 0)
+            .collect();
+        replay.push(Transitions {
+            observations: &numbers(STREAMS * OBSERVATIONS, step, 1.0),
+            actions: &numbers(STREAMS * ACTIONS, step, 0.9),
+            log_probs: &[-1.0; STREAMS],
+            rewards: &numbers(STREAMS, step, 0.5),
+            entropy_scales: &[1.0; STREAMS],
+            horizon_scales: &[1.0; STREAMS],
+            next_observations: &numbers(STREAMS * OBSERVATIONS, step + 1, 1.0),
+            terminated: &terminated,
+            truncated: &[false; STREAMS],
+            valid: &[true; STREAMS],
+        })?;
+    }
+    Ok(replay)
+}
