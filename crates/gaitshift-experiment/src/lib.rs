@@ -24,4 +24,4 @@ pub use rollout::{Control, Rollout};
 pub use run_folder::TrainingError;
 pub use schedule::{Course, Schedule};
 pub use tensorboard::EventWriter;
-pub use training::{Observer, Progress, RunReport, Training, task_mirror};
+pub use training::{Observer, Parts, Progress, RunReport, Training, task_mirror};

@@ -81,6 +81,47 @@ pub struct RunReport {
     pub criteria: usize,
     /// Diverged simulations met and not learned from.
     pub diverged: u64,
+    /// What the wall-clock went into.
+    pub parts: Parts,
+}
+
+/// Wall-clock of the parts of a run, in s. What is missing to the whole is the bookkeeping between them.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parts {
+    /// Actions of the policy, and those that f_sym (7) compares.
+    pub acting_s: f64,
+    /// Steps of the environments, reward and logs of episodes included.
+    pub simulating_s: f64,
+    /// Into the replay buffer.
+    pub storing_s: f64,
+    /// Updates of the networks, drawing their batches included.
+    pub learning_s: f64,
+    /// Evaluations, and the files they write.
+    pub evaluating_s: f64,
+    /// Checkpoints.
+    pub checkpointing_s: f64,
+}
+
+impl Parts {
+    /// Name and seconds of each part.
+    pub fn named(&self) -> [(&'static str, f64); 6] {
+        [
+            ("acting", self.acting_s),
+            ("simulating", self.simulating_s),
+            ("storing", self.storing_s),
+            ("learning", self.learning_s),
+            ("evaluating", self.evaluating_s),
+            ("checkpointing", self.checkpointing_s),
+        ]
+    }
+}
+
+/// Adds the time since `*from` to `part` and begins anew.
+fn lap(from: &mut Instant, part: &mut f64) {
+    let now = Instant::now();
+    *part += (now - *from).as_secs_f64();
+    *from = now;
 }
 
 /// Counters that a checkpoint keeps besides agent, replay and environments.
@@ -111,6 +152,8 @@ struct Counters {
     diverged: u64,
     verdict: String,
     recent: Recent,
+    #[serde(default)]
+    parts: Parts,
 }
 
 /// Sums since the last row of metrics, and the latest episodes.
@@ -399,21 +442,28 @@ impl Training {
             }
             if self.counters.step >= self.counters.next_evaluation {
                 self.counters.next_evaluation += self.experiment.training.evaluation_interval_steps;
+                let mut from = Instant::now();
                 self.evaluate(observer, &mut logs)?;
+                lap(&mut from, &mut self.counters.parts.evaluating_s);
                 self.counters.elapsed_s = before_s + clock.elapsed().as_secs_f64();
             }
             if self.counters.step >= self.counters.next_checkpoint {
                 self.counters.next_checkpoint += self.experiment.training.checkpoint_interval_steps;
+                let mut from = Instant::now();
                 logs.flush()?;
                 self.checkpoint()?;
+                lap(&mut from, &mut self.counters.parts.checkpointing_s);
             }
             if self.counters.step >= next_report {
                 next_report = self.counters.step + 2_000;
                 observer.progress(&self.progress());
             }
         }
+        let mut from = Instant::now();
         logs.flush()?;
         self.checkpoint()?;
+        lap(&mut from, &mut self.counters.parts.checkpointing_s);
+        self.counters.elapsed_s = before_s + clock.elapsed().as_secs_f64();
         observer.progress(&self.progress());
         let c = &self.counters;
         let report = RunReport {
@@ -427,6 +477,7 @@ impl Training {
             best_met: c.best_met,
             criteria: c.criteria,
             diverged: c.diverged,
+            parts: c.parts,
         };
         self.folder.write_json("report.json", &report)?;
         Ok(report)
@@ -481,6 +532,7 @@ impl Training {
         settings: &PhaseSettings,
         episodes: &mut EpisodeLog,
     ) -> Result<(), TrainingError> {
+        let mut from = Instant::now();
         let b = &mut self.buffers;
         let count = self.batch.len();
         let row = |i: usize, size: usize| i * size..(i + 1) * size;
@@ -516,6 +568,7 @@ impl Training {
         } else {
             b.symmetry.fill(0.0);
         }
+        lap(&mut from, &mut self.counters.parts.acting_s);
         for i in 0..count {
             let action = &b.actions[row(i, ACTION_SIZE)];
             let command = [f64::from(action[0]), f64::from(action[1])];
@@ -553,6 +606,7 @@ impl Training {
                 self.batch.reset(i, settings);
             }
         }
+        lap(&mut from, &mut self.counters.parts.simulating_s);
         self.replay.push(Transitions {
             observations: &b.observations,
             actions: &b.actions,
@@ -565,6 +619,7 @@ impl Training {
             truncated: &b.truncated,
             valid: &b.valid,
         })?;
+        lap(&mut from, &mut self.counters.parts.storing_s);
         self.counters.step += count as u64;
         self.counters.recent.steps += count as u64;
         Ok(())
@@ -575,6 +630,7 @@ impl Training {
         if self.counters.step < t.learning_starts {
             return Ok(());
         }
+        let mut from = Instant::now();
         self.counters.update_credit += self.batch.len() as u64;
         while self.counters.update_credit >= t.steps_per_update {
             self.counters.update_credit -= t.steps_per_update;
@@ -588,6 +644,7 @@ impl Training {
             recent.entropy += stats.entropy;
             recent.rehearsal_loss += stats.rehearsal_loss;
         }
+        lap(&mut from, &mut self.counters.parts.learning_s);
         Ok(())
     }
 

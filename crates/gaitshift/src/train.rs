@@ -145,6 +145,11 @@ fn describe(r: &RunReport, controller: &Path) -> Vec<String> {
         count(r.updates),
         duration(r.elapsed_s)
     )];
+    let shares = r.parts.named().map(|(name, part_s)| {
+        let share = 100.0 * part_s / r.elapsed_s.max(f64::MIN_POSITIVE);
+        format!("{name} {share:.1} %")
+    });
+    lines.push(format!("of that {}", shares.join(", ")));
     if r.diverged > 0 {
         lines.push(format!(
             "{} simulations diverged and were not learned from",

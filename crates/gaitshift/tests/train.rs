@@ -39,6 +39,16 @@ fn a_run_leaves_everything_behind_and_its_controller_can_be_evaluated() {
     assert_eq!(report["finished"], true);
     assert_eq!(report["step"], 6000);
     assert_eq!(report["folder"], "runs/tiny-run-5");
+    // The parts of a run make up its time.
+    let parts = report["parts"].as_object().unwrap();
+    let seconds = |name: &str| parts[name].as_f64().unwrap();
+    let sum: f64 = parts.keys().map(|name| seconds(name)).sum();
+    let elapsed_s = report["elapsed_s"].as_f64().unwrap();
+    assert!(sum <= elapsed_s && sum > 0.8 * elapsed_s, "{report}");
+    assert!(
+        seconds("learning_s") > 0.0 && seconds("simulating_s") > 0.0,
+        "{report}"
+    );
     for name in [
         "config.toml",
         "metrics.csv",
