@@ -67,10 +67,28 @@ wide! {
 }
 
 wide! {
+    /// sum ← a + b.
+    pub fn sum_of_two<T, V>(a: &[T], b: &[T], sum: &mut [T]) {
+        for ((sum, &a), &b) in sum.iter_mut().zip(a).zip(b) {
+            *sum = a + b;
+        }
+    }
+}
+
+wide! {
     /// sum ← sum + addend.
     pub fn add<T, V>(addend: &[T], sum: &mut [T]) {
         for (sum, &addend) in sum.iter_mut().zip(addend) {
             *sum += addend;
+        }
+    }
+}
+
+wide! {
+    /// sum ← (sum + a) + b.
+    pub fn add_two<T, V>(a: &[T], b: &[T], sum: &mut [T]) {
+        for ((sum, &a), &b) in sum.iter_mut().zip(a).zip(b) {
+            *sum = (*sum + a) + b;
         }
     }
 }

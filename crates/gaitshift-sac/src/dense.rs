@@ -18,6 +18,8 @@ pub const PANEL: usize = 16;
 pub const HALF_PANEL: usize = 8;
 /// Rows of a full register tile.
 const TILE: usize = 6;
+/// Rows of a register tile of half a panel: as many sums as the multiply-add units keep in flight.
+const HALF_TILE: usize = 8;
 
 /// Columns of a matrix as stored: `columns` rounded up to a multiple of [`HALF_PANEL`].
 pub fn padded(columns: usize) -> usize {
@@ -174,10 +176,12 @@ pub fn use_portable_kernels() {
     KERNELS.store(PORTABLE, Ordering::Relaxed);
 }
 
-/// Rows of the next tile when `left` remain; avoids a last tile too small to fill the pipeline.
+/// Rows of the next tile of a full panel or of half of one when `left` remain; avoids a last tile too small to fill the
+/// pipeline.
 #[inline(always)]
-fn tile_rows(left: usize) -> usize {
+fn tile_rows(left: usize, full: bool) -> usize {
     match left {
+        _ if !full => left.min(HALF_TILE),
         7 | 8 => 4,
         _ => left.min(TILE),
     }
@@ -334,7 +338,7 @@ mod avx2 {
                 let full = columns - first >= PANEL;
                 let mut row = 0;
                 while row < rows {
-                    let count = tile_rows(rows - row);
+                    let count = tile_rows(rows - row, full);
                     let x = x.add(row * x_stride);
                     let y = y.add(row * y_stride + first);
                     let extra = if E == NONE {
@@ -347,6 +351,8 @@ mod avx2 {
                             match (count, full) {
                                 $(($count, true) => tile::<$count, 2, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),)*
                                 $(($count, false) => tile::<$count, 1, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),)*
+                                (7, false) => tile::<7, 1, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),
+                                (8, false) => tile::<8, 1, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),
                                 _ => unreachable!(),
                             }
                         };
@@ -433,7 +439,7 @@ mod avx2 {
             let width = if full { PANEL } else { HALF_PANEL };
             let mut index = 0;
             while index < k {
-                let count = tile_rows(k - index);
+                let count = tile_rows(k - index, full);
                 // SAFETY: `first < columns` and `index + count <= k`, inside the slices by `check`.
                 unsafe {
                     let x = x.as_ptr().add(index);
@@ -444,6 +450,8 @@ mod avx2 {
                             match (count, full) {
                                 $(($count, true) => outer_tile::<$count, 2>(rows, x, x_stride, y, y_stride, out),)*
                                 $(($count, false) => outer_tile::<$count, 1>(rows, x, x_stride, y, y_stride, out),)*
+                                (7, false) => outer_tile::<7, 1>(rows, x, x_stride, y, y_stride, out),
+                                (8, false) => outer_tile::<8, 1>(rows, x, x_stride, y, y_stride, out),
                                 _ => unreachable!(),
                             }
                         };

@@ -3,6 +3,7 @@
 //! A policy network gives `2 × actions` numbers per row: the means, then the logarithms of the deviations, clamped
 //! to [`LOG_DEVIATION_MIN`], [`LOG_DEVIATION_MAX`] with zero gradient outside.
 
+use crate::lanes::LANES;
 use crate::real::{Real, wide};
 
 /// Least logarithm of a deviation (0.0067 before the tanh): exploration never quite ends and the
@@ -29,6 +30,15 @@ fn clamp<T: Real>(value: T) -> T {
     }
 }
 
+/// The next number of a matrix of `size` columns.
+#[inline(always)]
+fn advance(size: usize, row: &mut usize, index: &mut usize) {
+    *index += 1;
+    if *index == size {
+        (*row, *index) = (*row + 1, 0);
+    }
+}
+
 wide! {
     /// Draws actions (rows × `size`) and their log-probabilities (rows) for the outputs `out`
     /// (rows × 2 `size`) of a policy network and the standard normal numbers `noise` (rows × `size`).
@@ -40,23 +50,37 @@ wide! {
         let half = T::from_f64(0.5);
         let constant = T::from_f64(HALF_LOG_TWO_PI);
         let ln_2 = T::from_f64(std::f64::consts::LN_2);
-        for (((out, noise), actions), log_prob) in out
-            .chunks_exact(2 * size)
-            .zip(noise.chunks_exact(size))
-            .zip(actions.chunks_exact_mut(size))
-            .zip(log_probs)
-        {
-            let mut sum = T::ZERO;
-            for index in 0..size {
-                let log_deviation = clamp(out[size + index]);
-                let u = out[index] + log_deviation.exp() * noise[index];
-                actions[index] = u.tanh();
+        // Numbers of several rows are gathered side by side: a row has too few for the vector units.
+        let rows = noise.len() / size;
+        log_probs[..rows].fill(T::ZERO);
+        let (mut row, mut index) = (0, 0);
+        for first in (0..rows * size).step_by(LANES) {
+            let count = LANES.min(rows * size - first);
+            let (mut means, mut deviations, mut draws) =
+                ([T::ZERO; LANES], [T::ZERO; LANES], [T::ZERO; LANES]);
+            let (first_row, first_index) = (row, index);
+            for lane in 0..count {
+                means[lane] = out[row * 2 * size + index];
+                deviations[lane] = out[row * 2 * size + size + index];
+                draws[lane] = noise[first + lane];
+                advance(size, &mut row, &mut index);
+            }
+            let (mut squashed, mut terms) = ([T::ZERO; LANES], [T::ZERO; LANES]);
+            for lane in 0..LANES {
+                let log_deviation = clamp(deviations[lane]);
+                let u = means[lane] + log_deviation.exp() * draws[lane];
+                squashed[lane] = u.tanh();
                 let softplus = (if u < T::ZERO { -(two * u) } else { T::ZERO })
                     + (-(two * u.abs())).exp().ln_1p_unit();
                 let log_slope = two * (ln_2 - u - softplus);
-                sum += -(half * noise[index] * noise[index]) - log_deviation - constant - log_slope;
+                terms[lane] = -(half * draws[lane] * draws[lane]) - log_deviation - constant - log_slope;
             }
-            *log_prob = sum;
+            actions[first..first + count].copy_from_slice(&squashed[..count]);
+            (row, index) = (first_row, first_index);
+            for &term in &terms[..count] {
+                log_probs[row] += term;
+                advance(size, &mut row, &mut index);
+            }
         }
     }
 }

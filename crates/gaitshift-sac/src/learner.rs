@@ -611,9 +611,24 @@ fn reduce<T: Real>(
             // SAFETY: ranges of different tasks do not overlap.
             let (gradient, square) =
                 unsafe { (gradient.range(from, to), squares.range(task, task + 1)) };
-            gradient.copy_from_slice(&of(&chunks[0], network)[from..to]);
-            for chunk in &chunks[1..] {
-                adam::add(&of(chunk, network)[from..to], gradient);
+            let part = |chunk| &of(chunk, network)[from..to];
+            // In the order of the chunks, two of them in one pass over memory.
+            let rest = match chunks {
+                [a, b, rest @ ..] => {
+                    adam::sum_of_two(part(a), part(b), gradient);
+                    rest
+                }
+                chunks => {
+                    gradient.copy_from_slice(part(&chunks[0]));
+                    &chunks[1..]
+                }
+            };
+            for pair in rest.chunks(2) {
+                match pair {
+                    [a, b] => adam::add_two(part(a), part(b), gradient),
+                    [a] => adam::add(part(a), gradient),
+                    _ => {}
+                }
             }
             square[0] = adam::sum_of_squares(gradient).to_f64();
         });

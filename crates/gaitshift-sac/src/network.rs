@@ -646,6 +646,34 @@ fn transpose<T: Real>(weight: &[T], inputs: usize, units: usize, columns: usize,
     }
 }
 
+/// Rows whose products with the same weights are summed side by side.
+const PROJECTED: usize = 4;
+
+/// `ROWS` rows of [`project`]; each row's arithmetic does not depend on `ROWS`.
+#[inline(always)]
+fn project_rows<T: Real, V: Lanes<T>, const ROWS: usize>(
+    padded: usize,
+    x: &[T],
+    stride: usize,
+    weight: &[T],
+    bias: &[T],
+    out: &mut [T],
+) {
+    let outputs = bias.len();
+    for (output, (weight, &bias)) in weight.chunks_exact(padded).zip(bias).enumerate() {
+        let mut sums = [V::splat(T::ZERO); ROWS];
+        for column in (0..padded).step_by(LANES) {
+            let weight = V::load(weight, column);
+            for (row, sum) in sums.iter_mut().enumerate() {
+                *sum = V::load(x, row * stride + column).mul_add(weight, *sum);
+            }
+        }
+        for (row, sum) in sums.into_iter().enumerate() {
+            out[row * outputs + output] = bias + sum.sum();
+        }
+    }
+}
+
 /// Sum of the products of two rows, a whole number of lanes long.
 #[inline(always)]
 fn dot<T: Real, V: Lanes<T>>(a: &[T], b: &[T]) -> T {
@@ -667,9 +695,15 @@ wide! {
         bias: &[T],
         out: &mut [T],
     ) {
-        for (x, out) in x.chunks(stride).take(rows).zip(out.chunks_exact_mut(bias.len())) {
-            for ((out, weight), &bias) in out.iter_mut().zip(weight.chunks_exact(padded)).zip(bias) {
-                *out = bias + dot::<T, V>(&x[..padded], weight);
+        let mut row = 0;
+        while row < rows {
+            let (x, out) = (&x[row * stride..], &mut out[row * bias.len()..]);
+            if rows - row >= PROJECTED {
+                project_rows::<T, V, PROJECTED>(padded, x, stride, weight, bias, out);
+                row += PROJECTED;
+            } else {
+                project_rows::<T, V, 1>(padded, x, stride, weight, bias, out);
+                row += 1;
             }
         }
     }
@@ -688,14 +722,10 @@ wide! {
     ) {
         let outputs = bias.len();
         for (output, (weight, bias)) in weight.chunks_exact_mut(padded).zip(bias).enumerate() {
-            for (column, weight) in weight.chunks_exact_mut(LANES).enumerate() {
-                let mut sum = V::splat(T::ZERO);
-                for row in 0..rows {
-                    let x = V::load(x, row * stride + column * LANES);
-                    sum = V::splat(d_out[row * outputs + output]).mul_add(x, sum);
-                }
-                sum.store(weight, 0);
-            }
+            sum_all_rows::<T, V>(rows, weight, |row, column, sum| {
+                let d_out = V::splat(d_out[row * outputs + output]);
+                d_out.mul_add(V::load(x, row * stride + column), sum)
+            });
             *bias = T::ZERO;
             for row in 0..rows {
                 *bias += d_out[row * outputs + output];
@@ -733,16 +763,53 @@ wide! {
     }
 }
 
+/// Groups of lanes whose sums over rows run side by side, so that one addition does not wait for another.
+const SUMMED: usize = 4;
+
+/// sums ← Σ over rows of term(row, place in the row), for `GROUPS` groups of lanes from `column` on.
+#[inline(always)]
+fn sum_rows<T: Real, V: Lanes<T>, const GROUPS: usize>(
+    rows: usize,
+    column: usize,
+    sums: &mut [T],
+    add_term: &impl Fn(usize, usize, V) -> V,
+) {
+    let mut totals = [V::splat(T::ZERO); GROUPS];
+    for row in 0..rows {
+        for (group, total) in totals.iter_mut().enumerate() {
+            *total = add_term(row, column + group * LANES, *total);
+        }
+    }
+    for (group, total) in totals.into_iter().enumerate() {
+        total.store(sums, column + group * LANES);
+    }
+}
+
+/// [`sum_rows`] for all columns.
+#[inline(always)]
+fn sum_all_rows<T: Real, V: Lanes<T>>(
+    rows: usize,
+    sums: &mut [T],
+    add_term: impl Fn(usize, usize, V) -> V,
+) {
+    let mut column = 0;
+    while column < sums.len() {
+        if sums.len() - column >= SUMMED * LANES {
+            sum_rows::<T, V, SUMMED>(rows, column, sums, &add_term);
+            column += SUMMED * LANES;
+        } else {
+            sum_rows::<T, V, 1>(rows, column, sums, &add_term);
+            column += LANES;
+        }
+    }
+}
+
 wide! {
     /// Sum over rows: the gradient of a bias.
     fn column_sums<T, V>(rows: usize, stride: usize, delta: &[T], sums: &mut [T]) {
-        for (column, sums) in sums.chunks_exact_mut(LANES).enumerate() {
-            let mut sum = V::splat(T::ZERO);
-            for row in 0..rows {
-                sum = sum.add(V::load(delta, row * stride + column * LANES));
-            }
-            sum.store(sums, 0);
-        }
+        sum_all_rows::<T, V>(rows, sums, |row, column, sum| {
+            sum.add(V::load(delta, row * stride + column))
+        });
     }
 }
 
