@@ -10,24 +10,24 @@ and targets are compiled together and the interpreter sees none of them. One upd
 Tried with JAX 0.10.2 on one core, all in turn, updates per second of processor time, median (least to greatest), the
 machine not quiet; what stands here is among the fastest, and hardly anything differs by more than the noise:
 
-| | 64 units | 128 units |
-| --- | --- | --- |
-| optax.flatten, one vector of parameters (here) | 932 (895 to 1064) | 327 (299 to 333) |
-| Adam written out for each tensor | 792 (717 to 869) | 329 (305 to 366) |
-| the same, 1000 updates a call instead of 100 | 901 (837 to 937) | 329 (311 to 336) |
-| the same, critics stacked by vmap | 911 (849 to 1013) | 311 (291 to 321) |
-| the same, critics sharing one wide first layer | 945 (869 to 1018) | – |
-| the same, units in rows, batch in columns | 869 (788 to 939) | – |
-| the same, --xla_cpu_enable_fast_math | 921 (725 to 1099) | 337 (308 to 364) |
-| the same, oneDNN | – | 326 (305 to 370) |
-| the same, XNNPACK | – | 323 (298 to 344) |
-| the same, YNNPACK for single products | – | 328 (315 to 346) |
-| the same, all batches gathered before the scan | – | 328 (302 to 340) |
-| the same, scan unrolled 4 times | – | 314 (305 to 372) |
-| the same, one array for each column of the replay | – | 317 (285 to 356) |
-| the same, generator unsafe_rbg | – | 318 (311 to 329) |
-| the same, random numbers drawn within the scan | – | 310 (298 to 368) |
-| optax without flatten | – | 321 (312 to 389) |
+| | 64 units | 128 units | 256 units |
+| --- | --- | --- | --- |
+| optax.flatten, one vector of parameters (here) | 932 (895 to 1064) | 327 (299 to 333) | 99 (92 to 103) |
+| Adam written out for each tensor | 792 (717 to 869) | 329 (305 to 366) | 91 (88 to 97) |
+| the same, 1000 updates a call instead of 100 | 901 (837 to 937) | 329 (311 to 336) | 92 (92 to 105) |
+| the same, critics stacked by vmap | 911 (849 to 1013) | 311 (291 to 321) | 94 (91 to 95) |
+| the same, critics sharing one wide first layer | 945 (869 to 1018) | – | 93 (87 to 101) |
+| the same, units in rows, batch in columns | 869 (788 to 939) | – | 94 (88 to 96) |
+| the same, --xla_cpu_enable_fast_math | 921 (725 to 1099) | 337 (308 to 364) | 95 (89 to 107) |
+| the same, oneDNN | – | 326 (305 to 370) | – |
+| the same, XNNPACK | – | 323 (298 to 344) | – |
+| the same, YNNPACK for single products | – | 328 (302 to 340) | – |
+| the same, all batches gathered before the scan | – | 328 (315 to 346) | – |
+| the same, scan unrolled 4 times | – | 314 (305 to 372) | – |
+| the same, one array for each column of the replay | – | 317 (285 to 356) | – |
+| the same, generator unsafe_rbg | – | 318 (311 to 329) | – |
+| the same, random numbers drawn within the scan | – | 310 (298 to 368) | – |
+| optax without flatten | – | 321 (312 to 389) | – |
 """
 
 import argparse
