@@ -18,6 +18,9 @@ pub const PANEL: usize = 16;
 pub const HALF_PANEL: usize = 8;
 /// Rows of a full register tile.
 const TILE: usize = 6;
+/// Rows that go through all panels before the next ones do: their part of X stays in the first-level cache beside a
+/// panel, and the panels stream past in the order they lie in memory.
+const BLOCK: usize = 24;
 /// Rows of a register tile of half a panel: as many sums as the multiply-add units keep in flight.
 const HALF_TILE: usize = 8;
 
@@ -291,7 +294,39 @@ mod avx2 {
 
     use std::arch::x86_64::*;
 
-    use super::{Epilogue, HALF_PANEL, MatMul, Outer, PANEL, tile_rows};
+    use super::{BLOCK, Epilogue, HALF_PANEL, MatMul, Outer, PANEL, tile_rows};
+
+    /// Calls `$step!` for 0 to `$count`, several calls between two jumps: the front end then keeps up with the
+    /// arithmetic even where a neighbour on the same core has half of it. So many, and no more, that the sums stay in
+    /// registers.
+    macro_rules! unroll {
+        ($step:ident, $count:expr, $first:tt $(, $further:tt)*) => {
+            let count = $count;
+            let mut index = 0;
+            while index + $first <= count {
+                unroll!(@block $step, index, $first);
+                index += $first;
+            }
+            $(if index + $further <= count {
+                unroll!(@block $step, index, $further);
+                index += $further;
+            })*
+            while index < count {
+                $step!(index);
+                index += 1;
+            }
+        };
+        (@block $step:ident, $index:ident, 8) => {
+            unroll!(@block $step, $index, 4);
+            unroll!(@calls $step, $index, 4 5 6 7);
+        };
+        (@block $step:ident, $index:ident, 4) => {
+            unroll!(@calls $step, $index, 0 1 2 3);
+        };
+        (@calls $step:ident, $index:ident, $($offset:literal)*) => {
+            $($step!($index + $offset);)*
+        };
+    }
 
     const NONE: u8 = 0;
     const BIAS: u8 = 1;
@@ -331,34 +366,37 @@ mod avx2 {
             ..
         } = product;
         let (x, y) = (x.as_ptr(), y.as_mut_ptr());
-        for first in (0..columns).step_by(PANEL) {
-            // SAFETY: `first < columns`, so every pointer formed stays inside its slice by `check`.
-            unsafe {
-                let panel = panels.as_ptr().add(first * k);
-                let full = columns - first >= PANEL;
-                let mut row = 0;
-                while row < rows {
-                    let count = tile_rows(rows - row, full);
-                    let x = x.add(row * x_stride);
-                    let y = y.add(row * y_stride + first);
-                    let extra = if E == NONE {
-                        extra
-                    } else {
-                        extra.add(row * extra_stride + first)
-                    };
-                    macro_rules! dispatch {
-                        ($($count:literal)*) => {
-                            match (count, full) {
-                                $(($count, true) => tile::<$count, 2, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),)*
-                                $(($count, false) => tile::<$count, 1, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),)*
-                                (7, false) => tile::<7, 1, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),
-                                (8, false) => tile::<8, 1, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),
-                                _ => unreachable!(),
-                            }
+        for block in (0..rows).step_by(BLOCK) {
+            let end = rows.min(block + BLOCK);
+            for first in (0..columns).step_by(PANEL) {
+                // SAFETY: `first < columns`, so every pointer formed stays inside its slice by `check`.
+                unsafe {
+                    let panel = panels.as_ptr().add(first * k);
+                    let full = columns - first >= PANEL;
+                    let mut row = block;
+                    while row < end {
+                        let count = tile_rows(end - row, full);
+                        let x = x.add(row * x_stride);
+                        let y = y.add(row * y_stride + first);
+                        let extra = if E == NONE {
+                            extra
+                        } else {
+                            extra.add(row * extra_stride + first)
                         };
+                        macro_rules! dispatch {
+                            ($($count:literal)*) => {
+                                match (count, full) {
+                                    $(($count, true) => tile::<$count, 2, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),)*
+                                    $(($count, false) => tile::<$count, 1, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),)*
+                                    (7, false) => tile::<7, 1, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),
+                                    (8, false) => tile::<8, 1, E>(k, x, x_stride, panel, y, y_stride, extra, extra_stride),
+                                    _ => unreachable!(),
+                                }
+                            };
+                        }
+                        dispatch!(1 2 3 4 5 6);
+                        row += count;
                     }
-                    dispatch!(1 2 3 4 5 6);
-                    row += count;
                 }
             }
         }
@@ -388,18 +426,22 @@ mod avx2 {
                     }
                 }
             }
-            for index in 0..k {
-                let mut weights = [_mm256_setzero_ps(); V];
-                for (v, weights) in weights.iter_mut().enumerate() {
-                    *weights = _mm256_loadu_ps(panel.add(index * V * HALF_PANEL + v * 8));
-                }
-                for (r, row) in sums.iter_mut().enumerate() {
-                    let factor = _mm256_broadcast_ss(&*x.add(r * x_stride + index));
-                    for v in 0..V {
-                        row[v] = _mm256_fmadd_ps(factor, weights[v], row[v]);
+            macro_rules! step {
+                ($index:expr) => {{
+                    let index = $index;
+                    let mut weights = [_mm256_setzero_ps(); V];
+                    for (v, weights) in weights.iter_mut().enumerate() {
+                        *weights = _mm256_loadu_ps(panel.add(index * V * HALF_PANEL + v * 8));
                     }
-                }
+                    for (r, row) in sums.iter_mut().enumerate() {
+                        let factor = _mm256_broadcast_ss(&*x.add(r * x_stride + index));
+                        for v in 0..V {
+                            row[v] = _mm256_fmadd_ps(factor, weights[v], row[v]);
+                        }
+                    }
+                }};
             }
+            unroll!(step, k, 8, 4);
             for (r, row) in sums.iter().enumerate() {
                 for (v, &sum) in row.iter().enumerate() {
                     let value = match E {
@@ -476,18 +518,22 @@ mod avx2 {
         // SAFETY: the caller's tile lies inside the slices.
         unsafe {
             let mut sums = [[_mm256_setzero_ps(); V]; R];
-            for row in 0..rows {
-                let mut values = [_mm256_setzero_ps(); V];
-                for (v, values) in values.iter_mut().enumerate() {
-                    *values = _mm256_loadu_ps(y.add(row * y_stride + v * 8));
-                }
-                for (r, sums) in sums.iter_mut().enumerate() {
-                    let factor = _mm256_broadcast_ss(&*x.add(row * x_stride + r));
-                    for v in 0..V {
-                        sums[v] = _mm256_fmadd_ps(factor, values[v], sums[v]);
+            macro_rules! step {
+                ($row:expr) => {{
+                    let row = $row;
+                    let mut values = [_mm256_setzero_ps(); V];
+                    for (v, values) in values.iter_mut().enumerate() {
+                        *values = _mm256_loadu_ps(y.add(row * y_stride + v * 8));
                     }
-                }
+                    for (r, sums) in sums.iter_mut().enumerate() {
+                        let factor = _mm256_broadcast_ss(&*x.add(row * x_stride + r));
+                        for v in 0..V {
+                            sums[v] = _mm256_fmadd_ps(factor, values[v], sums[v]);
+                        }
+                    }
+                }};
             }
+            unroll!(step, rows, 4);
             for (r, sums) in sums.iter().enumerate() {
                 for (v, &sum) in sums.iter().enumerate() {
                     _mm256_storeu_ps(out.add((r * V + v) * 8), sum);
