@@ -172,6 +172,10 @@ pub struct Learner<T> {
     pub(crate) stats: UpdateStats,
     /// Chunks of the batch, behind them those of the rehearsed pairs.
     chunks: Vec<Chunk<T>>,
+    /// How many of them the last pass used.
+    active_chunks: usize,
+    /// The actor moved since its copies for the backward pass were made.
+    actor_stale: bool,
     /// Pairs that the next update rehearses, at most `rehearsal_rows`; [`crate::Agent`] draws them.
     pub rehearsed: Rehearsed<T>,
     /// Sum of squares of each range of the gradients.
@@ -276,6 +280,8 @@ impl<T: Real> Learner<T> {
             stats: UpdateStats::default(),
             rehearsed: Rehearsed::default(),
             chunks,
+            active_chunks: 0,
+            actor_stale: false,
             squares: vec![0.0; ranges],
             workers,
         })
@@ -330,14 +336,23 @@ impl<T: Real> Learner<T> {
         self.updates += 1;
         self.stats.alpha = self.temperature.alpha;
         self.stats.actor_updated = false;
-        self.critic_gradients(batch, noise.next);
-        self.step_critics();
+        // Clipping needs the norm of the whole gradient before the first parameter moves; otherwise each range of
+        // parameters is summed up and moved while the cache holds it.
+        let clipping = self.config.max_grad_norm.is_some();
+        self.critic_chunks(batch, noise.next);
+        if clipping {
+            self.finish_critics(true, false);
+        }
+        self.finish_critics(!clipping, true);
         if self
             .updates
             .is_multiple_of(u64::from(self.config.actor_every))
         {
-            self.actor_gradient(batch, noise.current);
-            self.step_actor();
+            self.actor_chunks(batch, noise.current);
+            if clipping {
+                self.finish_actor(true, false);
+            }
+            self.finish_actor(!clipping, true);
             self.step_temperature();
             self.stats.actor_updated = true;
         }
@@ -402,59 +417,84 @@ impl<T: Real> Learner<T> {
 
     /// Losses of the critics and their gradients, at the current parameters.
     pub fn critic_gradients(&mut self, batch: &Batch<T>, noise: &[T]) {
-        let (actor, critics, targets) = (&self.actor, &self.critics, &self.targets);
+        self.critic_chunks(batch, noise);
+        self.finish_critics(true, false);
+    }
+
+    fn critic_chunks(&mut self, batch: &Batch<T>, noise: &[T]) {
+        let Trained {
+            network: actor,
+            transposed,
+            ..
+        } = &mut self.actor;
+        let (actor, critics, targets) = (&*actor, &self.critics, &self.targets);
         let alpha = T::from_f64(self.temperature.alpha);
         let rows = batch.rows();
-        let chunks = &mut self.chunks[..rows.div_ceil(CHUNK)];
-        self.workers.for_each(chunks, |index, chunk| {
+        let count = rows.div_ceil(CHUNK);
+        // The actor's backward pass comes later in the update, so a thread may bring its copies up to date now.
+        let stale = std::mem::take(&mut self.actor_stale);
+        let transposed = Disjoint::new(std::slice::from_mut(transposed));
+        let chunks = Disjoint::new(&mut self.chunks[..count]);
+        self.workers.run(count + usize::from(stale), &|index| {
+            if index == count {
+                // SAFETY: one task only does this.
+                actor.refresh(unsafe { &mut transposed.range(0, 1)[0] });
+                return;
+            }
+            // SAFETY: each chunk is taken once.
+            let chunk = unsafe { &mut chunks.range(index, index + 1)[0] };
             let first = index * CHUNK;
             let last = (first + CHUNK).min(rows);
-            chunk.critic_pass(
-                &actor.network,
-                critics,
-                targets,
-                batch,
-                noise,
-                first,
-                last,
-                alpha,
-            );
+            chunk.critic_pass(actor, critics, targets, batch, noise, first, last, alpha);
         });
-        let sums = sums(chunks);
+        let sums = sums(&self.chunks[..count]);
         let per_row = 1.0 / rows as f64;
         self.stats.critic_loss = sums.critic_loss.map(|loss| loss * per_row);
         self.stats.mean_q = 0.5 * sums.q * per_row;
         self.stats.mean_target = sums.target * per_row;
-        let norms = reduce(
-            &mut self.workers,
-            chunks,
-            &mut self.critics,
-            &mut self.squares,
-            |chunk, network| &chunk.critic_gradients[network],
-        );
-        self.stats.critic_gradient_norm = [norms[0], norms[1]];
+        self.active_chunks = count;
     }
 
-    fn step_critics(&mut self) {
-        let scales = self
-            .stats
-            .critic_gradient_norm
-            .map(|norm| clip(self.config.max_grad_norm, norm));
+    /// Sums the chunks' gradients, or steps along the gradient, or both.
+    fn finish_critics(&mut self, sum: bool, step: bool) {
         let rate = T::from_f64(self.config.tau);
         let [first, second] = &mut self.targets;
-        step(
+        let norms = finish(
             &mut self.workers,
             &mut self.critics,
-            &scales,
-            self.config.learning_rate,
-            [Some((rate, first)), Some((rate, second))],
+            &mut self.squares,
+            sum.then_some(Sum {
+                chunks: &self.chunks[..self.active_chunks],
+                of: |chunk, network| &chunk.critic_gradients[network],
+            }),
+            step.then(|| Step {
+                scales: self
+                    .stats
+                    .critic_gradient_norm
+                    .map(|norm| clip(self.config.max_grad_norm, norm)),
+                learning_rate: self.config.learning_rate,
+                followers: [Some((rate, first)), Some((rate, second))],
+            }),
         );
-        self.workers
-            .for_each(&mut self.critics, |_, critic| critic.refresh());
+        if sum {
+            self.stats.critic_gradient_norm = norms;
+        }
+        if step {
+            self.workers
+                .for_each(&mut self.critics, |_, critic| critic.refresh());
+        }
     }
 
     /// Loss of the actor and its gradient, at the current parameters.
     pub fn actor_gradient(&mut self, batch: &Batch<T>, noise: &[T]) {
+        self.actor_chunks(batch, noise);
+        self.finish_actor(true, false);
+    }
+
+    fn actor_chunks(&mut self, batch: &Batch<T>, noise: &[T]) {
+        if std::mem::take(&mut self.actor_stale) {
+            self.actor.refresh();
+        }
         let (actor, critics) = (&self.actor, &self.critics);
         let alpha = T::from_f64(self.temperature.alpha);
         let rows = batch.rows();
@@ -485,28 +525,32 @@ impl<T: Real> Learner<T> {
         self.stats.mirror_loss = sums.mirror_loss * per_row;
         self.stats.rehearsal_loss = sums.rehearsal_loss / rehearsed_rows.max(1) as f64;
         self.stats.entropy = -sums.log_prob * per_row;
-        let norms = reduce(
-            &mut self.workers,
-            chunks,
-            std::slice::from_mut(&mut self.actor),
-            &mut self.squares,
-            |chunk, _| &chunk.actor_gradient,
-        );
-        self.stats.actor_gradient_norm = norms[0];
+        self.active_chunks = batch_chunks + rehearsed_rows.div_ceil(CHUNK);
     }
 
-    fn step_actor(&mut self) {
-        let scale = clip(self.config.max_grad_norm, self.stats.actor_gradient_norm);
+    /// Sums the chunks' gradients, or steps along the gradient, or both.
+    fn finish_actor(&mut self, sum: bool, step: bool) {
         let rate = T::from_f64(1.0 - self.config.actor_average_decay);
         let average = self.average.as_mut().map(|average| (rate, average));
-        step(
+        let scale = clip(self.config.max_grad_norm, self.stats.actor_gradient_norm);
+        let norms = finish(
             &mut self.workers,
             std::slice::from_mut(&mut self.actor),
-            &[scale],
-            self.config.learning_rate,
-            [average],
+            &mut self.squares,
+            sum.then_some(Sum {
+                chunks: &self.chunks[..self.active_chunks],
+                of: |chunk, _| &chunk.actor_gradient,
+            }),
+            step.then_some(Step {
+                scales: [scale; 2],
+                learning_rate: self.config.learning_rate,
+                followers: [average, None],
+            }),
         );
-        self.actor.refresh();
+        if sum {
+            self.stats.actor_gradient_norm = norms[0];
+        }
+        self.actor_stale |= step;
     }
 
     /// Gradient of −ln α · mean(ln π + target entropy) in ln α, from the last actor pass.
@@ -582,55 +626,99 @@ fn clip(max_norm: Option<f64>, norm: f64) -> f64 {
     max_norm.map_or(1.0, |max_norm| (max_norm / (norm + 1e-6)).min(1.0))
 }
 
-/// Sums the chunks' gradients in order into those of `networks` (all of one size) and gives their norms.
-fn reduce<T: Real>(
+/// Gradients to be summed in the order of the chunks.
+struct Sum<'a, T> {
+    chunks: &'a [Chunk<T>],
+    /// A chunk's gradient of one of the networks.
+    of: fn(&Chunk<T>, usize) -> &Buffer<T>,
+}
+
+/// A step of Adam.
+struct Step<'a, T> {
+    /// Factor on the gradient of each network.
+    scales: [f64; 2],
+    learning_rate: f64,
+    /// Networks that follow behind, each with its rate.
+    followers: [Option<(T, &'a mut Mlp<T>)>; 2],
+}
+
+/// The buffers of one network, handed out in ranges.
+struct Ranges<'a, T> {
+    gradient: Disjoint<'a, T>,
+    parameters: Disjoint<'a, T>,
+    first_moment: Disjoint<'a, T>,
+    second_moment: Disjoint<'a, T>,
+    step: Option<(AdamStep<T>, T)>,
+    follower: Option<(T, Disjoint<'a, T>)>,
+}
+
+/// For `networks` (one or two, of one size), range by range: sums the gradient, moves the parameters along it, and
+/// their followers behind them. Gives the norms of the gradients where they are summed.
+fn finish<T: Real>(
     workers: &mut Workers,
-    chunks: &[Chunk<T>],
     networks: &mut [Trained<T>],
     squares: &mut [f64],
-    of: impl Fn(&Chunk<T>, usize) -> &Buffer<T> + Sync,
+    sum: Option<Sum<'_, T>>,
+    step: Option<Step<'_, T>>,
 ) -> [f64; 2] {
+    let count = networks.len();
     let len = networks[0].gradient.len();
     let ranges = len.div_ceil(RANGE);
-    let count = networks.len();
     {
         let squares = Disjoint::new(squares);
-        let networks = Disjoint::new(networks);
-        let gradients: [Option<Disjoint<'_, T>>; 2] = std::array::from_fn(|network| {
-            // SAFETY: each network is taken once.
-            (network < count).then(|| {
-                Disjoint::new(unsafe { &mut networks.range(network, network + 1)[0].gradient[..] })
+        let (scales, learning_rate, followers) = match step {
+            Some(step) => (Some(step.scales), step.learning_rate, step.followers),
+            None => (None, 0.0, [None, None]),
+        };
+        let mut followers = followers.into_iter();
+        let mut networks = networks.iter_mut();
+        let parts: [Option<Ranges<'_, T>>; 2] = std::array::from_fn(|index| {
+            let network = networks.next()?;
+            network.steps += u64::from(scales.is_some());
+            Some(Ranges {
+                step: scales.map(|scales| {
+                    let step = AdamStep::new(network.steps, learning_rate);
+                    (step, T::from_f64(scales[index]))
+                }),
+                gradient: Disjoint::new(&mut network.gradient),
+                parameters: Disjoint::new(&mut network.network.parameters),
+                first_moment: Disjoint::new(&mut network.first_moment),
+                second_moment: Disjoint::new(&mut network.second_moment),
+                follower: followers
+                    .next()
+                    .flatten()
+                    .map(|(rate, follower)| (rate, Disjoint::new(&mut follower.parameters))),
             })
         });
         workers.run(count * ranges, &|task| {
             let (network, range) = (task / ranges, task % ranges);
             let (from, to) = (range * RANGE, ((range + 1) * RANGE).min(len));
-            let Some(gradient) = &gradients[network] else {
+            let Some(part) = &parts[network] else {
                 return;
             };
-            // SAFETY: ranges of different tasks do not overlap.
-            let (gradient, square) =
-                unsafe { (gradient.range(from, to), squares.range(task, task + 1)) };
-            let part = |chunk| &of(chunk, network)[from..to];
-            // In the order of the chunks, two of them in one pass over memory.
-            let rest = match chunks {
-                [a, b, rest @ ..] => {
-                    adam::sum_of_two(part(a), part(b), gradient);
-                    rest
-                }
-                chunks => {
-                    gradient.copy_from_slice(part(&chunks[0]));
-                    &chunks[1..]
-                }
-            };
-            for pair in rest.chunks(2) {
-                match pair {
-                    [a, b] => adam::add_two(part(a), part(b), gradient),
-                    [a] => adam::add(part(a), gradient),
-                    _ => {}
+            // SAFETY, here and below: ranges of different tasks do not overlap.
+            let gradient = unsafe { part.gradient.range(from, to) };
+            if let Some(sum) = &sum {
+                add_up(sum, network, from, gradient);
+                let square = unsafe { squares.range(task, task + 1) };
+                square[0] = adam::sum_of_squares(gradient).to_f64();
+            }
+            if let Some((step, scale)) = part.step {
+                let parameters = unsafe { part.parameters.range(from, to) };
+                let first_moment = unsafe { part.first_moment.range(from, to) };
+                let second_moment = unsafe { part.second_moment.range(from, to) };
+                adam::descend(
+                    step,
+                    scale,
+                    gradient,
+                    parameters,
+                    first_moment,
+                    second_moment,
+                );
+                if let Some((rate, follower)) = &part.follower {
+                    adam::follow(*rate, parameters, unsafe { follower.range(from, to) });
                 }
             }
-            square[0] = adam::sum_of_squares(gradient).to_f64();
         });
     }
     std::array::from_fn(|network| {
@@ -645,62 +733,27 @@ fn reduce<T: Real>(
     })
 }
 
-/// One Adam step of `networks` (all of one size), and their followers' step behind them.
-fn step<T: Real, const COUNT: usize>(
-    workers: &mut Workers,
-    networks: &mut [Trained<T>],
-    scales: &[f64],
-    learning_rate: f64,
-    followers: [Option<(T, &mut Mlp<T>)>; COUNT],
-) {
-    let len = networks[0].gradient.len();
-    let ranges = len.div_ceil(RANGE);
-    let mut networks = networks.iter_mut();
-    let mut followers = followers.into_iter();
-    let parts: [_; COUNT] = std::array::from_fn(|index| {
-        let network = networks.next()?;
-        network.steps += 1;
-        Some((
-            AdamStep::new(network.steps, learning_rate),
-            T::from_f64(scales[index]),
-            &network.gradient,
-            Disjoint::new(&mut network.network.parameters),
-            Disjoint::new(&mut network.first_moment),
-            Disjoint::new(&mut network.second_moment),
-            followers
-                .next()
-                .flatten()
-                .map(|(rate, follower)| (rate, Disjoint::new(&mut follower.parameters))),
-        ))
-    });
-    workers.run(COUNT * ranges, &|task| {
-        let (network, range) = (task / ranges, task % ranges);
-        let (from, to) = (range * RANGE, ((range + 1) * RANGE).min(len));
-        let Some((step, scale, gradient, parameters, first, second, follower)) = &parts[network]
-        else {
-            return;
-        };
-        // SAFETY: ranges of different tasks do not overlap.
-        let (parameters, first, second) = unsafe {
-            (
-                parameters.range(from, to),
-                first.range(from, to),
-                second.range(from, to),
-            )
-        };
-        adam::descend(
-            *step,
-            *scale,
-            &gradient[from..to],
-            parameters,
-            first,
-            second,
-        );
-        if let Some((rate, follower)) = follower {
-            // SAFETY: as above.
-            adam::follow(*rate, parameters, unsafe { follower.range(from, to) });
+/// gradient ← Σ over the chunks of theirs from `from` on, in the order of the chunks, two of them in one pass.
+fn add_up<T: Real>(sum: &Sum<'_, T>, network: usize, from: usize, gradient: &mut [T]) {
+    let to = from + gradient.len();
+    let part = |chunk| &(sum.of)(chunk, network)[from..to];
+    let rest = match sum.chunks {
+        [a, b, rest @ ..] => {
+            adam::sum_of_two(part(a), part(b), gradient);
+            rest
         }
-    });
+        chunks => {
+            gradient.copy_from_slice(part(&chunks[0]));
+            &chunks[1..]
+        }
+    };
+    for pair in rest.chunks(2) {
+        match pair {
+            [a, b] => adam::add_two(part(a), part(b), gradient),
+            [a] => adam::add(part(a), gradient),
+            _ => {}
+        }
+    }
 }
 
 impl<T: Real> Chunk<T> {

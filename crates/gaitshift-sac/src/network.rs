@@ -462,16 +462,8 @@ impl<T: Real> Mlp<T> {
         let last = &hidden[depth - 1];
         let value = &activations.layers[depth - 1].value;
         let (before, bias) = gradient.split_at_mut(self.layout.bias);
-        project_weight_gradient(
-            rows,
-            last.padded,
-            value,
-            last.stride,
-            d_out,
-            &mut before[self.layout.weight..][..outputs * last.padded],
-            &mut bias[..outputs],
-        );
-        project_back(
+        let (hidden_gradient, weight_gradient) = before.split_at_mut(self.layout.weight);
+        output_back(
             rows,
             last.padded,
             last.stride,
@@ -479,6 +471,9 @@ impl<T: Real> Mlp<T> {
             &self.parameters[self.layout.weight..][..outputs * last.padded],
             value,
             &mut deltas.front,
+            &mut weight_gradient[..outputs * last.padded],
+            &mut bias[..outputs],
+            &mut hidden_gradient[last.bias..][..last.padded],
         );
         for index in (0..depth).rev() {
             let layer = &hidden[index];
@@ -503,12 +498,15 @@ impl<T: Real> Mlp<T> {
                     &mut deltas.front,
                 );
             }
-            column_sums(
-                rows,
-                layer.stride,
-                &deltas.front,
-                &mut gradient[layer.bias..][..layer.padded],
-            );
+            // Without normalisation the pass through the output layer has summed the last layer's already.
+            if self.shape.layer_norm || index + 1 < depth {
+                column_sums(
+                    rows,
+                    layer.stride,
+                    &deltas.front,
+                    &mut gradient[layer.bias..][..layer.padded],
+                );
+            }
             let (x, x_stride) = if index == 0 {
                 (x, x_stride)
             } else {
@@ -709,34 +707,102 @@ wide! {
     }
 }
 
-wide! {
-    /// Gradient of the output layer's weights and biases.
-    fn project_weight_gradient<T, V>(
-        rows: usize,
-        padded: usize,
-        x: &[T],
-        stride: usize,
-        d_out: &[T],
-        weight: &mut [T],
-        bias: &mut [T],
-    ) {
-        let outputs = bias.len();
-        for (output, (weight, bias)) in weight.chunks_exact_mut(padded).zip(bias).enumerate() {
-            sum_all_rows::<T, V>(rows, weight, |row, column, sum| {
-                let d_out = V::splat(d_out[row * outputs + output]);
-                d_out.mul_add(V::load(x, row * stride + column), sum)
-            });
-            *bias = T::ZERO;
-            for row in 0..rows {
-                *bias += d_out[row * outputs + output];
+/// Columns from `column` on, `GROUPS` groups of lanes, of [`output_back`] for `OUTPUTS` outputs.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+fn output_columns_back<T: Real, V: Lanes<T>, const OUTPUTS: usize, const GROUPS: usize>(
+    rows: usize,
+    padded: usize,
+    stride: usize,
+    column: usize,
+    d_out: &[T],
+    weight: &[T],
+    value: &[T],
+    delta: &mut [T],
+    weight_gradient: &mut [T],
+    delta_sums: &mut [T],
+) {
+    let place = |output: usize, group: usize| output * padded + column + group * LANES;
+    let weights: [[V; GROUPS]; OUTPUTS] = std::array::from_fn(|output| {
+        std::array::from_fn(|group| V::load(weight, place(output, group)))
+    });
+    let mut gradients = [[V::splat(T::ZERO); GROUPS]; OUTPUTS];
+    let mut sums = [V::splat(T::ZERO); GROUPS];
+    for (row, d_out) in d_out.chunks_exact(OUTPUTS).take(rows).enumerate() {
+        let d_out: [V; OUTPUTS] = std::array::from_fn(|output| V::splat(d_out[output]));
+        for (group, sum) in sums.iter_mut().enumerate() {
+            let place = row * stride + column + group * LANES;
+            let value = V::load(value, place);
+            let mut derivative = V::splat(T::ZERO);
+            for output in 0..OUTPUTS {
+                derivative = d_out[output].mul_add(weights[output][group], derivative);
+                gradients[output][group] = d_out[output].mul_add(value, gradients[output][group]);
             }
+            let derivative = derivative.where_positive(value);
+            derivative.store(delta, place);
+            *sum = sum.add(derivative);
         }
+    }
+    for (output, gradients) in gradients.into_iter().enumerate() {
+        for (group, gradient) in gradients.into_iter().enumerate() {
+            gradient.store(weight_gradient, place(output, group));
+        }
+    }
+    for (group, sum) in sums.into_iter().enumerate() {
+        sum.store(delta_sums, column + group * LANES);
+    }
+}
+
+/// [`output_back`] for `OUTPUTS` outputs, as many groups of lanes at a time as the registers hold.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+fn outputs_back<T: Real, V: Lanes<T>, const OUTPUTS: usize, const GROUPS: usize>(
+    rows: usize,
+    padded: usize,
+    stride: usize,
+    d_out: &[T],
+    weight: &[T],
+    value: &[T],
+    delta: &mut [T],
+    weight_gradient: &mut [T],
+    delta_sums: &mut [T],
+) {
+    // Called by name each, so that both are inlined and compiled for the processor's vectors.
+    let whole = padded - padded % (GROUPS * LANES);
+    for column in (0..whole).step_by(GROUPS * LANES) {
+        output_columns_back::<T, V, OUTPUTS, GROUPS>(
+            rows,
+            padded,
+            stride,
+            column,
+            d_out,
+            weight,
+            value,
+            delta,
+            weight_gradient,
+            delta_sums,
+        );
+    }
+    for column in (whole..padded).step_by(LANES) {
+        output_columns_back::<T, V, OUTPUTS, 1>(
+            rows,
+            padded,
+            stride,
+            column,
+            d_out,
+            weight,
+            value,
+            delta,
+            weight_gradient,
+            delta_sums,
+        );
     }
 }
 
 wide! {
-    /// Derivative in the last hidden layer before its ReLU, given the layer's values after it.
-    fn project_back<T, V>(
+    /// One pass back through the output layer: the derivative in the last hidden layer before its ReLU, given the
+    /// layer's values after it; that derivative's sum over rows; the gradients of the output layer's weights and biases.
+    fn output_back<T, V>(
         rows: usize,
         padded: usize,
         stride: usize,
@@ -744,20 +810,46 @@ wide! {
         weight: &[T],
         value: &[T],
         delta: &mut [T],
+        weight_gradient: &mut [T],
+        bias_gradient: &mut [T],
+        delta_sums: &mut [T],
     ) {
-        let outputs = weight.len() / padded;
-        for ((delta, value), d_out) in delta
-            .chunks_mut(stride)
-            .zip(value.chunks(stride))
-            .take(rows)
-            .zip(d_out.chunks_exact(outputs))
-        {
-            for column in (0..padded).step_by(LANES) {
-                let mut sum = V::splat(T::ZERO);
-                for (weight, &d_out) in weight.chunks_exact(padded).zip(d_out) {
-                    sum = V::splat(d_out).mul_add(V::load(weight, column), sum);
+        let outputs = bias_gradient.len();
+        for (output, bias) in bias_gradient.iter_mut().enumerate() {
+            *bias = T::ZERO;
+            for row in 0..rows {
+                *bias += d_out[row * outputs + output];
+            }
+        }
+        // A critic has one output, the actor of the biped four.
+        match outputs {
+            1 => outputs_back::<T, V, 1, 2>(
+                rows, padded, stride, d_out, weight, value, delta, weight_gradient, delta_sums,
+            ),
+            4 => outputs_back::<T, V, 4, 1>(
+                rows, padded, stride, d_out, weight, value, delta, weight_gradient, delta_sums,
+            ),
+            _ => {
+                for (output, weight) in weight_gradient.chunks_exact_mut(padded).enumerate() {
+                    sum_all_rows::<T, V>(rows, weight, |row, column, sum| {
+                        let d_out = V::splat(d_out[row * outputs + output]);
+                        d_out.mul_add(V::load(value, row * stride + column), sum)
+                    });
                 }
-                sum.where_positive(V::load(value, column)).store(delta, column);
+                for row in 0..rows {
+                    for column in (0..padded).step_by(LANES) {
+                        let mut sum = V::splat(T::ZERO);
+                        for output in 0..outputs {
+                            let d_out = V::splat(d_out[row * outputs + output]);
+                            sum = d_out.mul_add(V::load(weight, output * padded + column), sum);
+                        }
+                        let place = row * stride + column;
+                        sum.where_positive(V::load(value, place)).store(delta, place);
+                    }
+                }
+                sum_all_rows::<T, V>(rows, delta_sums, |row, column, sum| {
+                    sum.add(V::load(delta, row * stride + column))
+                });
             }
         }
     }
