@@ -192,7 +192,6 @@ impl RehearsalParameters {
         for _ in 0..self.states.div_ceil(count) {
             for (environment, out) in batch
                 .environments()
-                .iter()
                 .zip(observations.chunks_exact_mut(OBSERVATION_SIZE))
             {
                 scale_observation(&environment.observation(), out);

@@ -16,7 +16,8 @@ use gaitshift_sac::{
 };
 use gaitshift_task::{
     ACTION_MIRROR, ACTION_SIZE, BatchState, EndReason, EnvironmentBatch, FinishedEpisode,
-    OBSERVATION_MIRROR, OBSERVATION_SIZE, PhaseSettings, RewardTerms, observe, scale_observation,
+    OBSERVATION_MIRROR, OBSERVATION_SIZE, PhaseSettings, RewardTerms, StepOutcome, observe,
+    scale_observation,
 };
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -209,6 +210,9 @@ struct Buffers {
     entropy_scales: Vec<f32>,
     horizon_scales: Vec<f32>,
     symmetry: Vec<f64>,
+    /// ω_v under which the step is taken.
+    commands: Vec<f64>,
+    outcomes: Vec<Option<(StepOutcome, Option<FinishedEpisode>)>>,
     terminated: Vec<bool>,
     truncated: Vec<bool>,
     valid: Vec<bool>,
@@ -230,6 +234,8 @@ impl Buffers {
             entropy_scales: vec![0.0; count],
             horizon_scales: vec![1.0; count],
             symmetry: vec![0.0; count],
+            commands: vec![0.0; count],
+            outcomes: vec![None; count],
             terminated: vec![false; count],
             truncated: vec![false; count],
             valid: vec![true; count],
@@ -536,9 +542,10 @@ impl Training {
         let b = &mut self.buffers;
         let count = self.batch.len();
         let row = |i: usize, size: usize| i * size..(i + 1) * size;
-        for (i, environment) in self.batch.environments().iter().enumerate() {
+        for (i, environment) in self.batch.environments().enumerate() {
             let out = &mut b.observations[row(i, OBSERVATION_SIZE)];
             scale_observation(&environment.observation(), out);
+            b.commands[i] = environment.omega_v;
         }
         self.agent
             .act(&b.observations, &mut b.actions, &mut b.log_probs)?;
@@ -569,11 +576,21 @@ impl Training {
             b.symmetry.fill(0.0);
         }
         lap(&mut from, &mut self.counters.parts.acting_s);
+        let (body, task, lanes) = self.batch.split();
+        let (actions, symmetry) = (&b.actions, &b.symmetry);
+        // The learner's threads have nothing else to do meanwhile, and no environment knows of another.
+        self.agent
+            .workers()
+            .for_each_pair(lanes, &mut b.outcomes, |i, lane, outcome| {
+                let action = &actions[row(i, ACTION_SIZE)];
+                let command = [f64::from(action[0]), f64::from(action[1])];
+                *outcome = Some(lane.step(body, task, command, symmetry[i], settings));
+            });
         for i in 0..count {
-            let action = &b.actions[row(i, ACTION_SIZE)];
-            let command = [f64::from(action[0]), f64::from(action[1])];
-            let held = self.batch.environments()[i].omega_v;
-            let (outcome, finished) = self.batch.step(i, command, b.symmetry[i], settings);
+            let Some((outcome, finished)) = b.outcomes[i].take() else {
+                continue;
+            };
+            let held = b.commands[i];
             let diverged = outcome.ended == Some(EndReason::Diverged);
             b.valid[i] = !diverged;
             b.rewards[i] = (outcome.terms.sum() * outcome.factor) as f32;
@@ -583,7 +600,7 @@ impl Training {
             // A command that changes within the episode cuts the transition off, and its value goes on
             // under the old command: what is learned for a command is what it is worth when held, as in
             // the paper, however often commands change.
-            let environment = &self.batch.environments()[i];
+            let environment = &self.batch.environment(i);
             b.truncated[i] =
                 environment.omega_v != held || outcome.ended == Some(EndReason::TimeLimit);
             scale_observation(

@@ -10,6 +10,7 @@ use crate::policy::{Policy, PolicyScratch};
 use crate::random::{correlated_normal, fill_normal, streams};
 use crate::rehearsal::{Rehearsal, Rehearsed};
 use crate::replay::{Batch, ReplayBuffer, Sampling, length};
+use crate::workers::Workers;
 
 /// Random streams of a run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -185,6 +186,11 @@ impl Agent {
     /// What is rehearsed, if anything.
     pub fn rehearsal(&self) -> Option<&Rehearsal> {
         self.rehearsal.as_ref()
+    }
+
+    /// The threads of the updates, to share out other work between two of them.
+    pub fn workers(&mut self) -> &mut Workers {
+        self.learner.workers()
     }
 
     fn change(&mut self, change: impl FnOnce(&mut SacConfig)) -> Result<(), SacError> {

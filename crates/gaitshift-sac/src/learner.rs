@@ -317,6 +317,10 @@ impl<T: Real> Learner<T> {
         Ok(())
     }
 
+    pub(crate) fn workers(&mut self) -> &mut Workers {
+        &mut self.workers
+    }
+
     /// Updates made.
     pub fn updates(&self) -> u64 {
         self.updates

@@ -203,6 +203,26 @@ impl Workers {
             task(index, element);
         });
     }
+
+    /// Calls `task` once for each pair of elements of two slices of one length, with sole access to both.
+    ///
+    /// # Panics
+    /// When the slices have different lengths.
+    pub fn for_each_pair<A: Send, B: Send>(
+        &mut self,
+        a: &mut [A],
+        b: &mut [B],
+        task: impl Fn(usize, &mut A, &mut B) + Sync,
+    ) {
+        assert!(a.len() == b.len());
+        let count = a.len();
+        let (a, b) = (Disjoint::new(a), Disjoint::new(b));
+        self.run(count, &|index| {
+            // SAFETY: `run` passes each index once.
+            let (a, b) = unsafe { (a.range(index, index + 1), b.range(index, index + 1)) };
+            task(index, &mut a[0], &mut b[0]);
+        });
+    }
 }
 
 impl Drop for Workers {

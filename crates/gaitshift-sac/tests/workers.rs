@@ -42,6 +42,17 @@ fn sleeping_workers_wake_or_are_not_needed() {
 }
 
 #[test]
+fn pairs_of_elements_are_worked_on_once() {
+    let mut workers = Workers::new(2);
+    let (mut numbers, mut squares) = ([1, 2, 3, 4, 5], [0; 5]);
+    workers.for_each_pair(&mut numbers, &mut squares, |index, number, square| {
+        *square = *number * *number;
+        *number = index;
+    });
+    assert_eq!((numbers, squares), ([0, 1, 2, 3, 4], [1, 4, 9, 16, 25]));
+}
+
+#[test]
 fn a_panic_reaches_the_caller() {
     for threads in [1, 2] {
         let outcome = std::panic::catch_unwind(|| {

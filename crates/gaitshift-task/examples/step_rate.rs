@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for _ in 0..count {
             let command = [rng.random_range(-1.0..=1.0), rng.random_range(-1.0..=1.0)];
             let (outcome, finished) = batch.step(0, command, 0.0, &settings);
-            black_box(outcome.terms.sum() + batch.environments()[0].observation()[0]);
+            black_box(outcome.terms.sum() + batch.environment(0).observation()[0]);
             if finished.is_some() {
                 batch.reset(0, &settings);
             }

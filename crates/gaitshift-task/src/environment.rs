@@ -219,8 +219,14 @@ struct Ramp {
 pub struct EnvironmentBatch {
     body: Body,
     task: TaskParameters,
-    environments: Vec<Environment>,
-    episodes: Vec<Episode>,
+    lanes: Vec<Lane>,
+}
+
+/// One environment of a batch, with its running episode and its random numbers.
+#[derive(Debug, Clone)]
+pub struct Lane {
+    environment: Environment,
+    episode: Episode,
 }
 
 /// What a batch keeps about the running episode of an environment.
@@ -250,21 +256,19 @@ impl EnvironmentBatch {
         settings: &PhaseSettings,
     ) -> Self {
         let mut seeds = Xoshiro256PlusPlus::seed_from_u64(seed);
-        let episode = |_| Episode {
-            ramp: Ramp::default(),
-            first_command: 0.0,
-            total_reward: 0.0,
-            start_x: 0.0,
-            rng: Xoshiro256PlusPlus::seed_from_u64(seeds.random()),
-        };
-        let episodes = (0..count).map(episode).collect();
         let blank = Environment::new(&body, BodyState::standing(&body), 0.0);
-        let mut batch = Self {
-            body,
-            task,
-            environments: vec![blank; count],
-            episodes,
+        let lane = |_| Lane {
+            environment: blank.clone(),
+            episode: Episode {
+                ramp: Ramp::default(),
+                first_command: 0.0,
+                total_reward: 0.0,
+                start_x: 0.0,
+                rng: Xoshiro256PlusPlus::seed_from_u64(seeds.random()),
+            },
         };
+        let lanes = (0..count).map(lane).collect();
+        let mut batch = Self { body, task, lanes };
         for i in 0..count {
             batch.reset(i, settings);
         }
@@ -273,12 +277,12 @@ impl EnvironmentBatch {
 
     /// Number of environments.
     pub fn len(&self) -> usize {
-        self.environments.len()
+        self.lanes.len()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.environments.is_empty()
+        self.lanes.is_empty()
     }
 
     /// The body.
@@ -286,16 +290,26 @@ impl EnvironmentBatch {
         &self.body
     }
 
+    /// Environment `i`.
+    pub fn environment(&self, i: usize) -> &Environment {
+        &self.lanes[i].environment
+    }
+
     /// The environments.
-    pub fn environments(&self) -> &[Environment] {
-        &self.environments
+    pub fn environments(&self) -> impl Iterator<Item = &Environment> {
+        self.lanes.iter().map(|lane| &lane.environment)
+    }
+
+    /// Body, task and the environments one by one, for threads that step them side by side ([`Lane::step`]).
+    pub fn split(&mut self) -> (&Body, &TaskParameters, &mut [Lane]) {
+        (&self.body, &self.task, &mut self.lanes)
     }
 
     /// A copy of everything that changes, for a checkpoint.
     pub fn state(&self) -> BatchState {
         BatchState {
-            environments: self.environments.clone(),
-            episodes: self.episodes.clone(),
+            environments: self.environments().cloned().collect(),
+            episodes: self.lanes.iter().map(|lane| lane.episode.clone()).collect(),
         }
     }
 
@@ -304,19 +318,27 @@ impl EnvironmentBatch {
     pub fn restore(&mut self, state: BatchState) -> bool {
         let fits = state.environments.len() == self.len() && state.episodes.len() == self.len();
         if fits {
-            self.environments = state.environments;
-            self.episodes = state.episodes;
+            let saved = state.environments.into_iter().zip(state.episodes);
+            self.lanes = saved
+                .map(|(environment, episode)| Lane {
+                    environment,
+                    episode,
+                })
+                .collect();
         }
         fits
     }
 
     /// Starts a new episode in environment `i`.
     pub fn reset(&mut self, i: usize, settings: &PhaseSettings) {
-        let episode = &mut self.episodes[i];
+        let Lane {
+            environment,
+            episode,
+        } = &mut self.lanes[i];
         let omega_v = settings.command.draw(settings.omega_v, &mut episode.rng);
         let speed = settings.start_speed_m_per_s;
         let start = Environment::random_start(&self.body, &self.task, speed, &mut episode.rng);
-        self.environments[i] = Environment::new(&self.body, start, omega_v);
+        *environment = Environment::new(&self.body, start, omega_v);
         episode.ramp = Ramp::default();
         episode.first_command = omega_v;
         episode.total_reward = 0.0;
@@ -332,10 +354,26 @@ impl EnvironmentBatch {
         symmetry: f64,
         settings: &PhaseSettings,
     ) -> (StepOutcome, Option<FinishedEpisode>) {
-        let environment = &mut self.environments[i];
-        let mut outcome = environment.step(&self.body, &self.task, &settings.reward, command);
+        self.lanes[i].step(&self.body, &self.task, command, symmetry, settings)
+    }
+}
+
+impl Lane {
+    /// [`EnvironmentBatch::step`] with the body and the task of its batch.
+    pub fn step(
+        &mut self,
+        body: &Body,
+        task: &TaskParameters,
+        command: [f64; 2],
+        symmetry: f64,
+        settings: &PhaseSettings,
+    ) -> (StepOutcome, Option<FinishedEpisode>) {
+        let Self {
+            environment,
+            episode,
+        } = self;
+        let mut outcome = environment.step(body, task, &settings.reward, command);
         outcome.terms.symmetry = symmetry;
-        let episode = &mut self.episodes[i];
         episode.total_reward += outcome.terms.sum();
         let finished = outcome.ended.map(|ended| FinishedEpisode {
             omega_v: episode.first_command,
@@ -344,24 +382,24 @@ impl EnvironmentBatch {
             ended,
             distance_m: environment.state.x - episode.start_x,
         });
-        self.move_command(i, settings);
+        self.move_command(task, settings);
         (outcome, finished)
     }
 
     /// Changes the command within the episode, where the curriculum asks for it.
-    fn move_command(&mut self, i: usize, settings: &PhaseSettings) {
+    fn move_command(&mut self, task: &TaskParameters, settings: &PhaseSettings) {
         let draw = &settings.command;
         if draw.redraw_interval_s <= 0.0 {
             return;
         }
-        let Episode { rng, ramp, .. } = &mut self.episodes[i];
-        let environment = &mut self.environments[i];
+        let Episode { rng, ramp, .. } = &mut self.episode;
+        let environment = &mut self.environment;
         if ramp.periods_left > 0 {
             environment.omega_v +=
                 (ramp.target - environment.omega_v) / f64::from(ramp.periods_left);
             ramp.periods_left -= 1;
-        } else if rng.random::<f64>() < self.task.control_period_s / draw.redraw_interval_s {
-            let longest = draw.redraw_ramp_s / self.task.control_period_s;
+        } else if rng.random::<f64>() < task.control_period_s / draw.redraw_interval_s {
+            let longest = draw.redraw_ramp_s / task.control_period_s;
             *ramp = Ramp {
                 target: draw.draw(settings.omega_v, rng),
                 periods_left: 1 + (longest * rng.random::<f64>()) as u32,

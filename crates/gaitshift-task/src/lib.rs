@@ -9,7 +9,7 @@ mod reward;
 
 pub use curriculum::{CommandDraw, Curriculum, Phase, PhaseSettings};
 pub use environment::{
-    BatchState, EndReason, Environment, EnvironmentBatch, FinishedEpisode, StepOutcome,
+    BatchState, EndReason, Environment, EnvironmentBatch, FinishedEpisode, Lane, StepOutcome,
 };
 pub use observation::{
     ACTION_MIRROR, ACTION_SIZE, OBSERVATION_MIRROR, OBSERVATION_NAMES, OBSERVATION_SCALE,

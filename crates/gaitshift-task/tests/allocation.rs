@@ -47,7 +47,7 @@ fn stepping_and_resetting_allocate_nothing() {
         for i in 0..batch.len() {
             let command = [(step as f64 * 0.3).sin(), (step as f64 * 0.2).cos()];
             let (outcome, finished) = batch.step(i, command, 0.0, &settings);
-            sum += outcome.terms.sum() + batch.environments()[i].observation()[0];
+            sum += outcome.terms.sum() + batch.environment(i).observation()[0];
             if finished.is_some() {
                 batch.reset(i, &settings);
                 episodes += 1;

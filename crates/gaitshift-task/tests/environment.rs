@@ -86,7 +86,7 @@ fn a_batch_does_not_depend_on_its_size() {
                 }
             }
         }
-        batch.environments()[1].observation()
+        batch.environment(1).observation()
     };
     assert_eq!(run(2), run(5));
 }
@@ -102,11 +102,11 @@ fn the_command_stays_within_an_episode_unless_asked_to_change() {
             ..CommandDraw::default()
         };
         let mut batch = EnvironmentBatch::new(body(), task.clone(), 1, 3, &settings);
-        let first = batch.environments()[0].omega_v;
+        let first = batch.environment(0).omega_v;
         let mut seen = false;
         for _ in 0..50 {
             batch.step(0, [0.5, 0.5], 0.0, &settings);
-            let now = batch.environments()[0].omega_v;
+            let now = batch.environment(0).omega_v;
             assert!((-0.5..=3.5).contains(&now));
             seen |= now != first;
         }
