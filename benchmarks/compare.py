@@ -225,35 +225,46 @@ def build(package, kind, name):
 
 def measure_updates(arguments, report):
     program = arguments.update_rate or build("gaitshift-sac", "--example", "update_rate")
-    results = []
-    for threads in arguments.threads:
-        rows = []
-        for hidden in arguments.hidden:
-            progress(f"updates, {hidden} units, {threads} thread(s)")
+    rows, scaling, results = {threads: [] for threads in arguments.threads}, [], []
+    for hidden in arguments.hidden:
+        progress(f"updates, {hidden} units")
+        # All numbers of threads in the same rounds, so that they can be compared with each other too.
+        contestants = []
+        for threads in arguments.threads:
             sizes = ["--hidden", hidden, "--threads", threads]
-            ours, *peers, peak = run_group([
+            contestants += [
                 (OURS, [program, *sizes], threads, REMEDY_CARGO),
                 ("JAX", [sys.executable, PEERS / "jax_sac.py", *sizes], threads, remedy_pip()),
                 ("Stable-Baselines3", [sys.executable, PEERS / "sb3_sac.py", *sizes], threads, remedy_pip()),
                 (PEAK, [sys.executable, PEERS / "sgemm_peak.py", "--threads", threads], threads, remedy_pip()),
-            ], arguments.rounds, arguments.seconds)
-            flop = flop_per_update(hidden)
+            ]
+        found = run_group(contestants, arguments.rounds, arguments.seconds)
+        flop, fewest = flop_per_update(hidden), found[0]
+        for threads in arguments.threads:
+            ours, *peers, peak = [contestant for contestant in found if contestant.threads == threads]
             for contestant in (ours, *peers):
                 per_round = [1e-9 * flop * rate for rate in contestant.rates()]
                 shares = [100 * rate / most for rate, most in zip(per_round, peak.rates())]
-                rows.append([
+                rows[threads].append([
                     f"{hidden}²", f"{1e-6 * flop:.1f}", contestant.name, spread(contestant.rates()),
                     f"{statistics.median(per_round):.1f}", f"{statistics.median(shares):.0f} %",
                     "" if contestant is ours else spread(ratios(ours, contestant), 2),
                 ])
-            rows.append([f"{hidden}²", "", PEAK, "", spread(peak.rates(), 1), "", ""])
+            rows[threads].append([f"{hidden}²", "", PEAK, "", spread(peak.rates(), 1), "", ""])
             results.append({"hidden": hidden, "threads": threads, "mflop_per_update": 1e-6 * flop,
                             "contestants": [raw(contestant) for contestant in (ours, *peers, peak)]})
+            if ours is not fewest:
+                scaling.append([f"{hidden}²", fewest.threads, threads, spread(ratios(ours, fewest), 2)])
+    for threads in arguments.threads:
         report.section(
             f"Updates, {'one thread' if threads == 1 else f'{threads} threads'}",
             f"Batch {BATCH}, {OBSERVATIONS} observations, {ACTIONS} actions, two hidden layers.",
-            table(["hidden", "MFLOP/update", "contestant", "updates/s", "GFLOP/s", "of the peak", "ours/peer"], rows),
+            table(["hidden", "MFLOP/update", "contestant", "updates/s", "GFLOP/s", "of the peak", "ours/peer"],
+                  rows[threads]),
         )
+    if scaling:
+        report.section("Updates, more threads", f"{OURS}, in the same rounds as above.",
+                       table(["hidden", "threads", "and", "times as many updates/s"], scaling))
     report.data["updates"] = results
 
 
@@ -412,7 +423,8 @@ Exit codes: 0 done, 1 failed, 2 bad arguments, 130 interrupted.""")
     parser.add_argument("--hidden", type=list_of(at_least(int, 1)), default=[64, 100, 128, 256], metavar="LIST",
                         help="units of each of the two hidden layers [default: 64,100,128,256]")
     parser.add_argument("--threads", type=list_of(at_least(int, 1)), default=[1, 2], metavar="LIST",
-                        help="threads of an update, each with a core of its own [default: 1,2]")
+                        help="threads of an update, each with a core of its own; the first is the one "
+                             "others are compared with [default: 1,2]")
     parser.add_argument("--rounds", type=at_least(int, 1), default=5, help="rounds of each group [default: 5]")
     parser.add_argument("--seconds", type=at_least(float, 0.01), default=2.0,
                         help="time for each contestant in a round [default: 2]")

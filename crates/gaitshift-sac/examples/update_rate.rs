@@ -1,9 +1,10 @@
 //! How many updates a second the learner makes, for `benchmarks/compare.py`.
 //!
 //! `cargo run --release -p gaitshift-sac --example update_rate -- --hidden 128 --threads 1 [--layer-norm]
-//! [--transitions 200000]`
+//! [--transitions 200000] [--updates N]`
 //!
-//! Prints `ready`, then reads durations in seconds from standard input, one a line, and answers each with what it
+//! With `--updates N` it makes so many updates and ends: `benchmarks/instructions.py` counts their instructions. Otherwise it
+//! prints `ready`, then reads durations in seconds from standard input, one a line, and answers each with what it
 //! did meanwhile as one line of JSON: `{"count": updates, "seconds": time}`. At the end of the input it prints the peak
 //! of its resident memory and the bytes of the replay buffer.
 
@@ -20,7 +21,8 @@ const STREAMS: usize = 8;
 const BLOCK: u32 = 5;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (mut hidden, mut threads, mut transitions, mut layer_norm) = (128, 1, 200_000, false);
+    let (mut hidden, mut threads, mut transitions, mut updates) = (128, 1, 200_000, 0);
+    let mut layer_norm = false;
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let target = match argument.as_str() {
@@ -31,6 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "--hidden" => &mut hidden,
             "--threads" => &mut threads,
             "--transitions" => &mut transitions,
+            "--updates" => &mut updates,
             _ => return Err(format!("{argument}: unknown; see the head of this file").into()),
         };
         let value = arguments.next().unwrap_or_default();
@@ -48,6 +51,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let mut agent = Agent::new(config, OBSERVATIONS, ACTIONS, None, 1)?;
     let replay = filled_replay(transitions)?;
+    if updates > 0 {
+        for _ in 0..updates {
+            agent.update(&replay)?;
+        }
+        return Ok(());
+    }
     for _ in 0..100 {
         agent.update(&replay)?;
     }
