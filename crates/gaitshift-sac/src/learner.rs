@@ -1,7 +1,7 @@
 //! One update of Soft Actor-Critic: critics, actor, temperature, targets.
 //!
-//! The batch is cut into chunks of [`CHUNK`] rows. A chunk runs its whole forward and backward pass in its own
-//! scratch, which stays in the cache of the core that runs it, and leaves its own gradient; gradients are
+//! The batch is cut into chunks of [`CHUNK`] rows. A chunk runs its whole forward and backward pass in the scratch of
+//! its thread, which stays in the cache of that core, and leaves its own gradient; gradients are
 //! then summed in the order of the chunks. Neither the cut nor the order depends on the number of
 //! threads, so neither do the bits of the result.
 
@@ -107,9 +107,9 @@ pub struct UpdateStats {
     pub actor_updated: bool,
 }
 
-/// Scratch and results of one chunk.
+/// Scratch of one thread: the same memory for every chunk it works on, so that its core's cache holds it.
 #[derive(Debug)]
-struct Chunk<T> {
+struct Scratch<T> {
     actor: Activations<T>,
     actor_deltas: Deltas<T>,
     critics: [Activations<T>; 2],
@@ -126,6 +126,11 @@ struct Chunk<T> {
     d_action: Vec<T>,
     d_actor: Vec<T>,
     selected: [Vec<usize>; 2],
+}
+
+/// Results of one chunk.
+#[derive(Debug)]
+struct Chunk<T> {
     critic_gradients: [Buffer<T>; 2],
     actor_gradient: Buffer<T>,
     sums: Sums,
@@ -172,6 +177,8 @@ pub struct Learner<T> {
     pub(crate) stats: UpdateStats,
     /// Chunks of the batch, behind them those of the rehearsed pairs.
     chunks: Vec<Chunk<T>>,
+    /// One for each thread.
+    scratches: Vec<Scratch<T>>,
     /// How many of them the last pass used.
     active_chunks: usize,
     /// The actor moved since its copies for the backward pass were made.
@@ -246,26 +253,25 @@ impl<T: Real> Learner<T> {
             second_moment: 0.0,
             steps: 0,
         };
-        let mirrored = config.mirror_loss_weight > 0.0;
         let rehearsal_rows = if config.rehearsal_weight > 0.0 {
             config.rehearsal_rows
         } else {
             0
         };
         let chunks = (0..config.batch_size.div_ceil(CHUNK) + rehearsal_rows.div_ceil(CHUNK))
-            .map(|_| {
-                Chunk::new(
-                    &actor.network,
-                    &critics[0].network,
-                    observation_size,
-                    action_size,
-                    mirrored,
-                )
+            .map(|_| Chunk {
+                critic_gradients: [
+                    critics[0].network.zeros_like(),
+                    critics[1].network.zeros_like(),
+                ],
+                actor_gradient: actor.network.zeros_like(),
+                sums: Sums::default(),
             })
             .collect();
         let ranges = (2 * critics[0].gradient.len().div_ceil(RANGE))
             .max(actor.gradient.len().div_ceil(RANGE));
         let workers = Workers::new(config.threads);
+        let scratches = scratches(&workers, &actor.network, &critics[0].network, &config);
         Ok(Self {
             config,
             observation_size,
@@ -280,6 +286,7 @@ impl<T: Real> Learner<T> {
             stats: UpdateStats::default(),
             rehearsed: Rehearsed::default(),
             chunks,
+            scratches,
             active_chunks: 0,
             actor_stale: false,
             squares: vec![0.0; ranges],
@@ -314,6 +321,8 @@ impl<T: Real> Learner<T> {
         config.validate()?;
         self.config = config;
         self.workers = Workers::new(threads);
+        let (actor, critic) = (&self.actor.network, &self.critics[0].network);
+        self.scratches = scratches(&self.workers, actor, critic, &self.config);
         Ok(())
     }
 
@@ -439,18 +448,27 @@ impl<T: Real> Learner<T> {
         let stale = std::mem::take(&mut self.actor_stale);
         let transposed = Disjoint::new(std::slice::from_mut(transposed));
         let chunks = Disjoint::new(&mut self.chunks[..count]);
-        self.workers.run(count + usize::from(stale), &|index| {
-            if index == count {
-                // SAFETY: one task only does this.
-                actor.refresh(unsafe { &mut transposed.range(0, 1)[0] });
-                return;
-            }
-            // SAFETY: each chunk is taken once.
-            let chunk = unsafe { &mut chunks.range(index, index + 1)[0] };
-            let first = index * CHUNK;
-            let last = (first + CHUNK).min(rows);
-            chunk.critic_pass(actor, critics, targets, batch, noise, first, last, alpha);
-        });
+        let scratches = Disjoint::new(&mut self.scratches);
+        self.workers
+            .run_on(count + usize::from(stale), &|thread, index| {
+                if index == count {
+                    // SAFETY: one task only does this.
+                    actor.refresh(unsafe { &mut transposed.range(0, 1)[0] });
+                    return;
+                }
+                // SAFETY: each chunk is taken once, and a thread does one task at a time.
+                let (chunk, scratch) = unsafe {
+                    (
+                        &mut chunks.range(index, index + 1)[0],
+                        &mut scratches.range(thread, thread + 1)[0],
+                    )
+                };
+                let first = index * CHUNK;
+                let last = (first + CHUNK).min(rows);
+                scratch.critic_pass(
+                    actor, critics, targets, batch, noise, first, last, alpha, chunk,
+                );
+            });
         let sums = sums(&self.chunks[..count]);
         let per_row = 1.0 / rows as f64;
         self.stats.critic_loss = sums.critic_loss.map(|loss| loss * per_row);
@@ -511,25 +529,36 @@ impl<T: Real> Learner<T> {
         let rehearsed_rows = rehearsed.actions.len() / action_size;
         let weight = T::from_f64(self.config.rehearsal_weight / rehearsed_rows.max(1) as f64);
         let batch_chunks = rows.div_ceil(CHUNK);
-        let chunks = &mut self.chunks[..batch_chunks + rehearsed_rows.div_ceil(CHUNK)];
-        self.workers.for_each(chunks, |index, chunk| {
+        let count = batch_chunks + rehearsed_rows.div_ceil(CHUNK);
+        let chunks = Disjoint::new(&mut self.chunks[..count]);
+        let scratches = Disjoint::new(&mut self.scratches);
+        self.workers.run_on(count, &|thread, index| {
+            // SAFETY: each chunk is taken once, and a thread does one task at a time.
+            let (chunk, scratch) = unsafe {
+                (
+                    &mut chunks.range(index, index + 1)[0],
+                    &mut scratches.range(thread, thread + 1)[0],
+                )
+            };
             if let Some(index) = index.checked_sub(batch_chunks) {
                 let first = index * CHUNK;
                 let last = (first + CHUNK).min(rehearsed_rows);
-                chunk.rehearsal_pass(actor, rehearsed, action_size, first, last, weight);
+                scratch.rehearsal_pass(actor, rehearsed, action_size, first, last, weight, chunk);
             } else {
                 let first = index * CHUNK;
                 let last = (first + CHUNK).min(rows);
-                chunk.actor_pass(actor, critics, mirror, batch, noise, first, last, alpha);
+                scratch.actor_pass(
+                    actor, critics, mirror, batch, noise, first, last, alpha, chunk,
+                );
             }
         });
-        let sums = sums(chunks);
+        let sums = sums(&self.chunks[..count]);
         let per_row = 1.0 / rows as f64;
         self.stats.actor_loss = sums.actor_loss * per_row;
         self.stats.mirror_loss = sums.mirror_loss * per_row;
         self.stats.rehearsal_loss = sums.rehearsal_loss / rehearsed_rows.max(1) as f64;
         self.stats.entropy = -sums.log_prob * per_row;
-        self.active_chunks = batch_chunks + rehearsed_rows.div_ceil(CHUNK);
+        self.active_chunks = count;
     }
 
     /// Sums the chunks' gradients, or steps along the gradient, or both.
@@ -760,14 +789,23 @@ fn add_up<T: Real>(sum: &Sum<'_, T>, network: usize, from: usize, gradient: &mut
     }
 }
 
-impl<T: Real> Chunk<T> {
-    fn new(
-        actor: &Mlp<T>,
-        critic: &Mlp<T>,
-        observation_size: usize,
-        action_size: usize,
-        mirrored: bool,
-    ) -> Self {
+/// Scratch for each of the threads.
+fn scratches<T: Real>(
+    workers: &Workers,
+    actor: &Mlp<T>,
+    critic: &Mlp<T>,
+    config: &SacConfig,
+) -> Vec<Scratch<T>> {
+    let mirrored = config.mirror_loss_weight > 0.0;
+    (0..workers.threads())
+        .map(|_| Scratch::new(actor, critic, mirrored))
+        .collect()
+}
+
+impl<T: Real> Scratch<T> {
+    fn new(actor: &Mlp<T>, critic: &Mlp<T>, mirrored: bool) -> Self {
+        let observation_size = actor.shape().inputs;
+        let action_size = critic.shape().inputs - observation_size;
         let actor_rows = if mirrored { 2 * CHUNK } else { CHUNK };
         let zeros = |count: usize| vec![T::ZERO; count];
         Self {
@@ -789,9 +827,6 @@ impl<T: Real> Chunk<T> {
             d_action: zeros(CHUNK * action_size),
             d_actor: zeros(actor_rows * 2 * action_size),
             selected: [Vec::with_capacity(CHUNK), Vec::with_capacity(CHUNK)],
-            critic_gradients: [critic.zeros_like(), critic.zeros_like()],
-            actor_gradient: actor.zeros_like(),
-            sums: Sums::default(),
         }
     }
 
@@ -807,6 +842,7 @@ impl<T: Real> Chunk<T> {
         first: usize,
         last: usize,
         alpha: T,
+        result: &mut Chunk<T>,
     ) {
         let rows = last - first;
         let observation_size = batch.observations.len() / batch.rows();
@@ -877,10 +913,10 @@ impl<T: Real> Chunk<T> {
                 activations,
                 &self.d_critic,
                 &mut self.critic_deltas,
-                &mut self.critic_gradients[index],
+                &mut result.critic_gradients[index],
             );
         }
-        self.sums = sums;
+        result.sums = sums;
     }
 
     /// Rows `first..last`: loss α c ln π(a|s) − min Q(s, a) with a drawn anew, mirror loss, gradient.
@@ -895,6 +931,7 @@ impl<T: Real> Chunk<T> {
         first: usize,
         last: usize,
         alpha: T,
+        result: &mut Chunk<T>,
     ) {
         let rows = last - first;
         let observation_size = batch.observations.len() / batch.rows();
@@ -1007,11 +1044,12 @@ impl<T: Real> Chunk<T> {
             &self.actor,
             &self.d_actor,
             &mut self.actor_deltas,
-            &mut self.actor_gradient,
+            &mut result.actor_gradient,
         );
-        self.sums = sums;
+        result.sums = sums;
     }
 
+    #[allow(clippy::too_many_arguments)]
     /// Pairs `first..last`: loss weight · Σ |μ(s) − a|², gradient.
     fn rehearsal_pass(
         &mut self,
@@ -1021,6 +1059,7 @@ impl<T: Real> Chunk<T> {
         first: usize,
         last: usize,
         weight: T,
+        result: &mut Chunk<T>,
     ) {
         let rows = last - first;
         let observation_size = actor.network.shape().inputs;
@@ -1045,9 +1084,9 @@ impl<T: Real> Chunk<T> {
             &self.actor,
             &self.d_actor,
             &mut self.actor_deltas,
-            &mut self.actor_gradient,
+            &mut result.actor_gradient,
         );
-        self.sums = Sums {
+        result.sums = Sums {
             rehearsal_loss: sum.to_f64(),
             ..Sums::default()
         };

@@ -5,8 +5,9 @@
 //! they park, so that an idle learner does not burn a core. The calling thread works too and never
 //! waits for a worker that sleeps: it only waits for tasks already begun.
 //!
-//! Which thread runs a task is left to chance; results must not depend on it, and do not, because each task
-//! owns what it writes and sums over tasks are taken in task order.
+//! Half of the threads take tasks from the front, half from the back, so that with two of them a task finds its memory
+//! mostly in the cache of the core that ran it last time. Beyond that, which thread runs a task is left to chance; results
+//! must not depend on it, and do not, because each task owns what it writes and sums over tasks are taken in task order.
 
 use std::cell::UnsafeCell;
 use std::hint;
@@ -25,10 +26,11 @@ const CALLER_SPINS: u32 = 2_000;
 /// Tasks of one call; fits the packed counter.
 const MAX_TASKS: usize = u16::MAX as usize - 1;
 
-type Task = *const (dyn Fn(usize) + Sync);
+/// Called with the number of the thread and of the task.
+type Task = *const (dyn Fn(usize, usize) + Sync);
 
 struct Shared {
-    /// Generation (upper 32 bits), number of tasks (16) and next task (16), so that a claim is valid
+    /// Generation (upper 32 bits), end (16) and start (16) of the tasks not yet taken, so that a claim is valid
     /// for exactly the call that published it.
     ticket: AtomicU64,
     task: UnsafeCell<Option<Task>>,
@@ -46,16 +48,21 @@ unsafe impl Send for Shared {}
 
 impl Shared {
     /// Runs one task if one is left.
-    fn work(&self) -> bool {
+    fn work(&self, thread: usize) -> bool {
         let mut ticket = self.ticket.load(Ordering::Acquire);
         loop {
-            let (next, tasks) = (ticket & 0xffff, (ticket >> 16) & 0xffff);
-            if next >= tasks {
+            let (start, end) = (ticket & 0xffff, (ticket >> 16) & 0xffff);
+            if start >= end {
                 return false;
             }
+            let (taken, rest) = if thread.is_multiple_of(2) {
+                (start, ticket + 1)
+            } else {
+                (end - 1, ticket - (1 << 16))
+            };
             match self.ticket.compare_exchange_weak(
                 ticket,
-                ticket + 1,
+                rest,
                 Ordering::AcqRel,
                 Ordering::Acquire,
             ) {
@@ -66,7 +73,7 @@ impl Shared {
                     let task = unsafe { (*self.task.get()).map(|task| &*task) };
                     let outcome = catch_unwind(AssertUnwindSafe(|| {
                         if let Some(task) = task {
-                            task(next as usize);
+                            task(thread, taken as usize);
                         }
                     }));
                     if outcome.is_err() {
@@ -82,7 +89,7 @@ impl Shared {
     fn wait_for_work(&self, worker: usize) {
         let mut idle = 0;
         while !self.stop.load(Ordering::Relaxed) {
-            if self.work() {
+            if self.work(worker + 1) {
                 idle = 0;
                 continue;
             }
@@ -155,8 +162,14 @@ impl Workers {
     /// Calls `task` once for each number below `tasks`, on whichever thread is free, and returns when
     /// all are done. Takes `&mut self` so that calls cannot overlap.
     pub fn run(&mut self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
+        self.run_on(tasks, &|_, number| task(number));
+    }
+
+    /// As [`Workers::run`]; `task` is also told, first, the number of the thread it runs on, below
+    /// [`Workers::threads`]. No two tasks run at the same time on one thread.
+    pub fn run_on(&mut self, tasks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
         if self.handles.is_empty() || tasks <= 1 {
-            (0..tasks).for_each(task);
+            (0..tasks).for_each(|number| task(0, number));
             return;
         }
         assert!(tasks <= MAX_TASKS);
@@ -164,7 +177,9 @@ impl Workers {
         // SAFETY: no claim is outstanding, see `Shared`. The lifetime of `task` is erased; the borrow
         // outlives every use because this function returns only when all tasks are done.
         unsafe {
-            *shared.task.get() = Some(std::mem::transmute::<&(dyn Fn(usize) + Sync), Task>(task));
+            *shared.task.get() = Some(std::mem::transmute::<&(dyn Fn(usize, usize) + Sync), Task>(
+                task,
+            ));
         }
         shared.done.store(0, Ordering::Relaxed);
         let generation = (shared.ticket.load(Ordering::Relaxed) >> 32).wrapping_add(1);
@@ -177,7 +192,7 @@ impl Workers {
                 handle.thread().unpark();
             }
         }
-        while shared.work() {}
+        while shared.work(0) {}
         let mut polls = 0;
         while shared.done.load(Ordering::Acquire) < tasks {
             polls += 1;
