@@ -4,12 +4,11 @@
 //! [--transitions 200000] [--updates N]`
 //!
 //! With `--updates N` it makes so many updates and ends: `benchmarks/instructions.py` counts their instructions. Otherwise it
-//! prints `ready`, then reads durations in seconds from standard input, one a line, and answers each with what it
-//! did meanwhile as one line of JSON: `{"count": updates, "seconds": time}`. At the end of the input it prints the peak
+//! counts updates as `benchmarks/protocol.rs` says. At the end of the input it prints the peak
 //! of its resident memory and the bytes of the replay buffer.
 
-use std::io::BufRead;
-use std::time::Instant;
+#[path = "../../../benchmarks/protocol.rs"]
+mod protocol;
 
 use gaitshift_sac::{Agent, ReplayBuffer, SacConfig, SacError, Transitions};
 
@@ -60,24 +59,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for _ in 0..100 {
         agent.update(&replay)?;
     }
-    println!("ready");
-    for line in std::io::stdin().lock().lines() {
-        let line = line?;
-        let seconds: f64 = line
-            .trim()
-            .parse()
-            .map_err(|error| format!("'{line}', not a duration in seconds: {error}"))?;
-        let start = Instant::now();
-        let mut updates = 0;
-        while start.elapsed().as_secs_f64() < seconds {
-            for _ in 0..BLOCK {
-                agent.update(&replay)?;
-            }
-            updates += BLOCK;
+    protocol::serve(|| {
+        for _ in 0..BLOCK {
+            agent.update(&replay)?;
         }
-        let seconds = start.elapsed().as_secs_f64();
-        println!("{{\"count\": {updates}, \"seconds\": {seconds}}}");
-    }
+        Ok::<_, SacError>(BLOCK)
+    })?;
     let peak = peak_resident_bytes().map_or("null".to_string(), |bytes| bytes.to_string());
     // Two observations, an action and four numbers more in single precision, and one byte of flags.
     let replay = replay.len() * (4 * (2 * OBSERVATIONS + ACTIONS + 4) + 1);

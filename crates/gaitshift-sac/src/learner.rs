@@ -179,8 +179,6 @@ pub struct Learner<T> {
     chunks: Vec<Chunk<T>>,
     /// One for each thread.
     scratches: Vec<Scratch<T>>,
-    /// How many of them the last pass used.
-    active_chunks: usize,
     /// The actor moved since its copies for the backward pass were made.
     actor_stale: bool,
     /// Pairs that the next update rehearses, at most `rehearsal_rows`; [`crate::Agent`] draws them.
@@ -287,7 +285,6 @@ impl<T: Real> Learner<T> {
             rehearsed: Rehearsed::default(),
             chunks,
             scratches,
-            active_chunks: 0,
             actor_stale: false,
             squares: vec![0.0; ranges],
             workers,
@@ -352,20 +349,20 @@ impl<T: Real> Learner<T> {
         // Clipping needs the norm of the whole gradient before the first parameter moves; otherwise each range of
         // parameters is summed up and moved while the cache holds it.
         let clipping = self.config.max_grad_norm.is_some();
-        self.critic_chunks(batch, noise.next);
+        let chunks = self.critic_chunks(batch, noise.next);
         if clipping {
-            self.finish_critics(true, false);
+            self.finish_critics(Some(chunks), false);
         }
-        self.finish_critics(!clipping, true);
+        self.finish_critics((!clipping).then_some(chunks), true);
         if self
             .updates
             .is_multiple_of(u64::from(self.config.actor_every))
         {
-            self.actor_chunks(batch, noise.current);
+            let chunks = self.actor_chunks(batch, noise.current);
             if clipping {
-                self.finish_actor(true, false);
+                self.finish_actor(Some(chunks), false);
             }
-            self.finish_actor(!clipping, true);
+            self.finish_actor((!clipping).then_some(chunks), true);
             self.step_temperature();
             self.stats.actor_updated = true;
         }
@@ -430,11 +427,12 @@ impl<T: Real> Learner<T> {
 
     /// Losses of the critics and their gradients, at the current parameters.
     pub fn critic_gradients(&mut self, batch: &Batch<T>, noise: &[T]) {
-        self.critic_chunks(batch, noise);
-        self.finish_critics(true, false);
+        let chunks = self.critic_chunks(batch, noise);
+        self.finish_critics(Some(chunks), false);
     }
 
-    fn critic_chunks(&mut self, batch: &Batch<T>, noise: &[T]) {
+    /// Runs the chunks and gives how many they are.
+    fn critic_chunks(&mut self, batch: &Batch<T>, noise: &[T]) -> usize {
         let Trained {
             network: actor,
             transposed,
@@ -474,19 +472,19 @@ impl<T: Real> Learner<T> {
         self.stats.critic_loss = sums.critic_loss.map(|loss| loss * per_row);
         self.stats.mean_q = 0.5 * sums.q * per_row;
         self.stats.mean_target = sums.target * per_row;
-        self.active_chunks = count;
+        count
     }
 
-    /// Sums the chunks' gradients, or steps along the gradient, or both.
-    fn finish_critics(&mut self, sum: bool, step: bool) {
+    /// Sums the gradients of so many chunks, or steps along the gradient, or both.
+    fn finish_critics(&mut self, chunks: Option<usize>, step: bool) {
         let rate = T::from_f64(self.config.tau);
         let [first, second] = &mut self.targets;
         let norms = finish(
             &mut self.workers,
             &mut self.critics,
             &mut self.squares,
-            sum.then_some(Sum {
-                chunks: &self.chunks[..self.active_chunks],
+            chunks.map(|count| Sum {
+                chunks: &self.chunks[..count],
                 of: |chunk, network| &chunk.critic_gradients[network],
             }),
             step.then(|| Step {
@@ -498,7 +496,7 @@ impl<T: Real> Learner<T> {
                 followers: [Some((rate, first)), Some((rate, second))],
             }),
         );
-        if sum {
+        if chunks.is_some() {
             self.stats.critic_gradient_norm = norms;
         }
         if step {
@@ -509,11 +507,12 @@ impl<T: Real> Learner<T> {
 
     /// Loss of the actor and its gradient, at the current parameters.
     pub fn actor_gradient(&mut self, batch: &Batch<T>, noise: &[T]) {
-        self.actor_chunks(batch, noise);
-        self.finish_actor(true, false);
+        let chunks = self.actor_chunks(batch, noise);
+        self.finish_actor(Some(chunks), false);
     }
 
-    fn actor_chunks(&mut self, batch: &Batch<T>, noise: &[T]) {
+    /// Runs the chunks and gives how many they are.
+    fn actor_chunks(&mut self, batch: &Batch<T>, noise: &[T]) -> usize {
         if std::mem::take(&mut self.actor_stale) {
             self.actor.refresh();
         }
@@ -558,11 +557,11 @@ impl<T: Real> Learner<T> {
         self.stats.mirror_loss = sums.mirror_loss * per_row;
         self.stats.rehearsal_loss = sums.rehearsal_loss / rehearsed_rows.max(1) as f64;
         self.stats.entropy = -sums.log_prob * per_row;
-        self.active_chunks = count;
+        count
     }
 
-    /// Sums the chunks' gradients, or steps along the gradient, or both.
-    fn finish_actor(&mut self, sum: bool, step: bool) {
+    /// Sums the gradients of so many chunks, or steps along the gradient, or both.
+    fn finish_actor(&mut self, chunks: Option<usize>, step: bool) {
         let rate = T::from_f64(1.0 - self.config.actor_average_decay);
         let average = self.average.as_mut().map(|average| (rate, average));
         let scale = clip(self.config.max_grad_norm, self.stats.actor_gradient_norm);
@@ -570,8 +569,8 @@ impl<T: Real> Learner<T> {
             &mut self.workers,
             std::slice::from_mut(&mut self.actor),
             &mut self.squares,
-            sum.then_some(Sum {
-                chunks: &self.chunks[..self.active_chunks],
+            chunks.map(|count| Sum {
+                chunks: &self.chunks[..count],
                 of: |chunk, _| &chunk.actor_gradient,
             }),
             step.then_some(Step {
@@ -580,7 +579,7 @@ impl<T: Real> Learner<T> {
                 followers: [average, None],
             }),
         );
-        if sum {
+        if chunks.is_some() {
             self.stats.actor_gradient_norm = norms[0];
         }
         self.actor_stale |= step;
@@ -1049,8 +1048,8 @@ impl<T: Real> Scratch<T> {
         result.sums = sums;
     }
 
-    #[allow(clippy::too_many_arguments)]
     /// Pairs `first..last`: loss weight · Σ |μ(s) − a|², gradient.
+    #[allow(clippy::too_many_arguments)]
     fn rehearsal_pass(
         &mut self,
         actor: &Trained<T>,

@@ -847,9 +847,7 @@ wide! {
                         sum.where_positive(V::load(value, place)).store(delta, place);
                     }
                 }
-                sum_all_rows::<T, V>(rows, delta_sums, |row, column, sum| {
-                    sum.add(V::load(delta, row * stride + column))
-                });
+                column_sums(rows, stride, delta, delta_sums);
             }
         }
     }

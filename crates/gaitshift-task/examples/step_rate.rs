@@ -3,12 +3,13 @@
 //! `cargo run --release -p gaitshift-task --example step_rate [-- --time-step-s 0.0002]`
 //!
 //! A step is one control period of the default body with a uniformly random action, observation and reward included,
-//! and a new episode after each fall. Prints `ready`, then reads durations in seconds from standard input, one a line,
-//! and answers each with what it did meanwhile as one line of JSON: `{"count": steps, "seconds": time}`.
+//! and a new episode after each fall, counted as `benchmarks/protocol.rs` says.
 
+#[path = "../../../benchmarks/protocol.rs"]
+mod protocol;
+
+use std::convert::Infallible;
 use std::hint::black_box;
-use std::io::BufRead;
-use std::time::Instant;
 
 use gaitshift_body::{Body, BodyParameters};
 use gaitshift_task::{Curriculum, EnvironmentBatch, TaskParameters};
@@ -46,21 +47,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     };
     steps(10 * BLOCK);
-    println!("ready");
-    for line in std::io::stdin().lock().lines() {
-        let line = line?;
-        let seconds: f64 = line
-            .trim()
-            .parse()
-            .map_err(|error| format!("'{line}', not a duration in seconds: {error}"))?;
-        let start = Instant::now();
-        let mut count = 0;
-        while start.elapsed().as_secs_f64() < seconds {
-            steps(BLOCK);
-            count += BLOCK;
-        }
-        let seconds = start.elapsed().as_secs_f64();
-        println!("{{\"count\": {count}, \"seconds\": {seconds}}}");
-    }
-    Ok(())
+    protocol::serve(|| {
+        steps(BLOCK);
+        Ok::<_, Infallible>(BLOCK)
+    })
 }
