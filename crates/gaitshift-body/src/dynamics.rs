@@ -113,6 +113,22 @@ pub struct AdvanceReport {
     pub tangential_n: [f64; 2],
 }
 
+impl AdvanceReport {
+    /// The report over `steps` steps, which this is of, and `more_steps` steps after them, which `next` is of.
+    pub fn then(&self, steps: u32, next: &Self, more_steps: u32) -> Self {
+        let (a, b) = (f64::from(steps), f64::from(more_steps));
+        let mean = |x: [f64; 2], y: [f64; 2]| {
+            std::array::from_fn(|i| (a * x[i] + b * y[i]) / (a + b).max(1.0))
+        };
+        Self {
+            diverged: self.diverged || next.diverged,
+            actuator_n: mean(self.actuator_n, next.actuator_n),
+            normal_n: mean(self.normal_n, next.normal_n),
+            tangential_n: mean(self.tangential_n, next.tangential_n),
+        }
+    }
+}
+
 impl Body {
     /// Checks the parameters and prepares the body.
     ///

@@ -250,7 +250,7 @@ impl Experiment {
         })?;
         self.task
             .validate(&self.body)
-            .and_then(|()| self.curriculum.validate())
+            .and_then(|()| self.curriculum.validate(&self.body))
             .map_err(|source| ConfigError::Task {
                 origin: origin(),
                 source,

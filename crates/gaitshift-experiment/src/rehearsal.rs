@@ -190,11 +190,9 @@ impl RehearsalParameters {
             a.clear();
         };
         for _ in 0..self.states.div_ceil(count) {
-            for (environment, out) in batch
-                .environments()
-                .zip(observations.chunks_exact_mut(OBSERVATION_SIZE))
-            {
-                scale_observation(&environment.observation(), out);
+            for (i, out) in observations.chunks_exact_mut(OBSERVATION_SIZE).enumerate() {
+                let omega_v = batch.environment(i).omega_v;
+                scale_observation(&batch.observation(i, omega_v), out);
                 out[COMMAND] += shift;
             }
             policy.sample(&observations, &mut rng, &mut actions, &mut log_probs)?;

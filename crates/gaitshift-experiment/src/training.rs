@@ -16,7 +16,7 @@ use gaitshift_sac::{
 };
 use gaitshift_task::{
     ACTION_MIRROR, ACTION_SIZE, BatchState, EndReason, EnvironmentBatch, FinishedEpisode,
-    OBSERVATION_MIRROR, OBSERVATION_SIZE, PhaseSettings, RewardTerms, StepOutcome, observe,
+    OBSERVATION_MIRROR, OBSERVATION_SIZE, PhaseSettings, RewardTerms, StepOutcome,
     scale_observation,
 };
 use serde::{Deserialize, Serialize};
@@ -336,7 +336,7 @@ impl Training {
         if !training.batch.restore(state.batch) {
             return Err(TrainingError::other(
                 &path,
-                "it is of another number of environments".to_owned(),
+                "its environments are not those of config.toml".to_owned(),
             ));
         }
         training.counters = state.counters;
@@ -544,8 +544,8 @@ impl Training {
         let row = |i: usize, size: usize| i * size..(i + 1) * size;
         for (i, environment) in self.batch.environments().enumerate() {
             let out = &mut b.observations[row(i, OBSERVATION_SIZE)];
-            scale_observation(&environment.observation(), out);
             b.commands[i] = environment.omega_v;
+            scale_observation(&self.batch.observation(i, environment.omega_v), out);
         }
         self.agent
             .act(&b.observations, &mut b.actions, &mut b.log_probs)?;
@@ -600,11 +600,11 @@ impl Training {
             // A command that changes within the episode cuts the transition off, and its value goes on
             // under the old command: what is learned for a command is what it is worth when held, as in
             // the paper, however often commands change.
-            let environment = &self.batch.environment(i);
+            let environment = self.batch.environment(i);
             b.truncated[i] =
                 environment.omega_v != held || outcome.ended == Some(EndReason::TimeLimit);
             scale_observation(
-                &observe(&environment.state, held),
+                &self.batch.observation(i, held),
                 &mut b.next_observations[row(i, OBSERVATION_SIZE)],
             );
             let recent = &mut self.counters.recent;

@@ -1,7 +1,8 @@
 //! The curriculum as data: phases with their lengths, ranges of the command and changed weights.
 
 use crate::parameters::require;
-use crate::{RewardOverrides, RewardParameters, TaskError};
+use crate::{Randomization, RewardOverrides, RewardParameters, TaskError};
+use gaitshift_body::BodyParameters;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
@@ -33,6 +34,9 @@ pub struct Phase {
     /// Replaces the command's `redraw_interval_s` during the phase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub redraw_interval_s: Option<f64>,
+    /// Episodes on bodies, delays and sensors that differ. Default: all as they are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub randomization: Option<Randomization>,
 }
 
 /// How `ω_v` is drawn from the phase's range.
@@ -83,6 +87,8 @@ pub struct PhaseSettings {
     pub reward: RewardParameters,
     /// Range of the start's speed, if the phase sets one, in m/s.
     pub start_speed_m_per_s: Option<[f64; 2]>,
+    /// What else differs from episode to episode, if the phase asks for it.
+    pub randomization: Option<Randomization>,
 }
 
 impl Default for Curriculum {
@@ -140,6 +146,7 @@ impl Curriculum {
                     },
                     reward,
                     start_speed_m_per_s: phase.start_speed_m_per_s,
+                    randomization: phase.randomization.clone(),
                 };
             }
             start += phase.steps;
@@ -150,14 +157,15 @@ impl Curriculum {
             command: self.command.clone(),
             reward: reward.clone(),
             start_speed_m_per_s: None,
+            randomization: None,
         }
     }
 
-    /// Checks every field.
+    /// Checks every field, for training on `body`.
     ///
     /// # Errors
     /// The first field out of range.
-    pub fn validate(&self) -> Result<(), TaskError> {
+    pub fn validate(&self, body: &BodyParameters) -> Result<(), TaskError> {
         let c = &self.command;
         require(
             !self.phases.is_empty(),
@@ -203,6 +211,9 @@ impl Curriculum {
             if let Some(v) = p.redraw_interval_s {
                 let key = key("redraw_interval_s");
                 require(v.is_finite() && v >= 0.0, &key, v, "0 or greater")?;
+            }
+            if let Some(randomization) = &p.randomization {
+                randomization.validate(&key("randomization"), body)?;
             }
             if let Some(share) = p.focus_share {
                 let key = key("focus_share");

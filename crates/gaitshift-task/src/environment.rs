@@ -1,8 +1,11 @@
 //! Episodes: one environment, and a batch of them stepped together.
 
 use crate::observation::{OBSERVATION_SIZE, observe};
-use crate::{PhaseSettings, RewardParameters, RewardTerms, StepEnergies, TaskParameters};
-use gaitshift_body::{AdvanceReport, Body, BodyState, EnergyAccount, LEFT, RIGHT};
+use crate::randomization::Conditions;
+use crate::{
+    PhaseSettings, Randomization, RewardParameters, RewardTerms, StepEnergies, TaskParameters,
+};
+use gaitshift_body::{AdvanceReport, Body, BodyState, EnergyAccount, LEFT, ParameterError, RIGHT};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
@@ -132,8 +135,30 @@ impl Environment {
         command: [f64; 2],
     ) -> StepOutcome {
         let steps = task.steps_per_period(body.parameters());
+        self.step_in_parts(body, task, reward, &[(command, steps)])
+    }
+
+    /// Advances one control period in which commands follow each other, each held for its number of
+    /// integration steps.
+    fn step_in_parts(
+        &mut self,
+        body: &Body,
+        task: &TaskParameters,
+        reward: &RewardParameters,
+        parts: &[([f64; 2], u32)],
+    ) -> StepOutcome {
         let before = self.account;
-        let report = body.advance(&mut self.state, command, steps, &mut self.account);
+        let mut report = AdvanceReport::default();
+        let mut done = 0;
+        for &(command, steps) in parts.iter().filter(|(_, steps)| *steps > 0) {
+            let next = body.advance(&mut self.state, command, steps, &mut self.account);
+            report = if done == 0 {
+                next
+            } else {
+                report.then(done, &next, steps)
+            };
+            done += steps;
+        }
         self.periods += 1;
         let factor = reward.factor(self.omega_v);
         let entropy_factor = reward.entropy_factor(self.omega_v);
@@ -227,6 +252,8 @@ pub struct EnvironmentBatch {
 pub struct Lane {
     environment: Environment,
     episode: Episode,
+    /// The episode's own body, where it has one; follows from its conditions.
+    body: Option<Body>,
 }
 
 /// What a batch keeps about the running episode of an environment.
@@ -237,6 +264,9 @@ struct Episode {
     total_reward: f64,
     start_x: f64,
     rng: Xoshiro256PlusPlus,
+    /// What it drew, where the phase randomizes.
+    #[serde(default)]
+    conditions: Option<Conditions>,
 }
 
 /// Everything about a batch that a checkpoint keeps.
@@ -265,7 +295,9 @@ impl EnvironmentBatch {
                 total_reward: 0.0,
                 start_x: 0.0,
                 rng: Xoshiro256PlusPlus::seed_from_u64(seeds.random()),
+                conditions: None,
             },
+            body: None,
         };
         let lanes = (0..count).map(lane).collect();
         let mut batch = Self { body, task, lanes };
@@ -290,6 +322,11 @@ impl EnvironmentBatch {
         &self.body
     }
 
+    /// The body of environment `i` in its running episode: [`EnvironmentBatch::body`] unless the phase randomizes.
+    pub fn body_of(&self, i: usize) -> &Body {
+        self.lanes[i].body.as_ref().unwrap_or(&self.body)
+    }
+
     /// Environment `i`.
     pub fn environment(&self, i: usize) -> &Environment {
         &self.lanes[i].environment
@@ -298,6 +335,19 @@ impl EnvironmentBatch {
     /// The environments.
     pub fn environments(&self) -> impl Iterator<Item = &Environment> {
         self.lanes.iter().map(|lane| &lane.environment)
+    }
+
+    /// What the controller of environment `i` is told of its state under `omega_v`, in SI units: the observation with
+    /// its sensors' error.
+    pub fn observation(&self, i: usize, omega_v: f64) -> [f64; OBSERVATION_SIZE] {
+        let lane = &self.lanes[i];
+        let mut observation = observe(&lane.environment.state, omega_v);
+        if let Some(conditions) = &lane.episode.conditions {
+            for (value, error) in observation.iter_mut().zip(conditions.error) {
+                *value += error;
+            }
+        }
+        observation
     }
 
     /// Body, task and the environments one by one, for threads that step them side by side ([`Lane::step`]).
@@ -313,20 +363,27 @@ impl EnvironmentBatch {
         }
     }
 
-    /// Goes back to a saved state. Returns whether its number of environments is this batch's; nothing
-    /// changes otherwise.
+    /// Goes back to a saved state. Returns whether it is one of this batch: of as many environments, and of bodies
+    /// that can be. Nothing changes otherwise.
     pub fn restore(&mut self, state: BatchState) -> bool {
         let fits = state.environments.len() == self.len() && state.episodes.len() == self.len();
-        if fits {
-            let saved = state.environments.into_iter().zip(state.episodes);
-            self.lanes = saved
-                .map(|(environment, episode)| Lane {
+        let saved = state.environments.into_iter().zip(state.episodes);
+        let lanes: Result<Vec<_>, _> = saved
+            .map(|(environment, episode)| {
+                Ok::<_, ParameterError>(Lane {
+                    body: episode.body()?,
                     environment,
                     episode,
                 })
-                .collect();
+            })
+            .collect();
+        match lanes {
+            Ok(lanes) if fits => {
+                self.lanes = lanes;
+                true
+            }
+            _ => false,
         }
-        fits
     }
 
     /// Starts a new episode in environment `i`.
@@ -334,11 +391,18 @@ impl EnvironmentBatch {
         let Lane {
             environment,
             episode,
+            body: own,
         } = &mut self.lanes[i];
         let omega_v = settings.command.draw(settings.omega_v, &mut episode.rng);
+        let base = self.body.parameters();
+        let drawn = |r: &Randomization| r.draw(base, &mut episode.rng);
+        episode.conditions = settings.randomization.as_ref().and_then(drawn);
+        // A curriculum that was checked draws only bodies that can be; of any other the body itself remains.
+        *own = episode.body().ok().flatten();
+        let body = own.as_ref().unwrap_or(&self.body);
         let speed = settings.start_speed_m_per_s;
-        let start = Environment::random_start(&self.body, &self.task, speed, &mut episode.rng);
-        *environment = Environment::new(&self.body, start, omega_v);
+        let start = Environment::random_start(body, &self.task, speed, &mut episode.rng);
+        *environment = Environment::new(body, start, omega_v);
         episode.ramp = Ramp::default();
         episode.first_command = omega_v;
         episode.total_reward = 0.0;
@@ -358,6 +422,14 @@ impl EnvironmentBatch {
     }
 }
 
+impl Episode {
+    /// The body that it drew.
+    fn body(&self) -> Result<Option<Body>, ParameterError> {
+        let parameters = self.conditions.as_ref().map(|c| c.body.clone());
+        parameters.map(Body::new).transpose()
+    }
+}
+
 impl Lane {
     /// [`EnvironmentBatch::step`] with the body and the task of its batch.
     pub fn step(
@@ -371,8 +443,19 @@ impl Lane {
         let Self {
             environment,
             episode,
+            body: own,
         } = self;
-        let mut outcome = environment.step(body, task, &settings.reward, command);
+        let body = own.as_ref().unwrap_or(body);
+        let mut outcome = match &mut episode.conditions {
+            None => environment.step(body, task, &settings.reward, command),
+            Some(conditions) => {
+                let steps = task.steps_per_period(body.parameters());
+                let (part, early, late) = conditions.delay(command, steps);
+                conditions.sense(&mut episode.rng);
+                let parts = [(early, part), (late, steps - part)];
+                environment.step_in_parts(body, task, &settings.reward, &parts)
+            }
+        };
         outcome.terms.symmetry = symmetry;
         episode.total_reward += outcome.terms.sum();
         let finished = outcome.ended.map(|ended| FinishedEpisode {

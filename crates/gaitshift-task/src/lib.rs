@@ -1,10 +1,11 @@
 //! What is asked of the body: observation and its mirror, the reward of the paper term by term,
-//! endings of an episode, the curriculum as data, and a batch of environments stepped together.
+//! endings of an episode, the curriculum as data, randomized episodes, and a batch of environments stepped together.
 
 mod curriculum;
 mod environment;
 mod observation;
 mod parameters;
+mod randomization;
 mod reward;
 
 pub use curriculum::{CommandDraw, Curriculum, Phase, PhaseSettings};
@@ -16,4 +17,5 @@ pub use observation::{
     OBSERVATION_SIZE, observe, scale_observation,
 };
 pub use parameters::{StartParameters, TaskError, TaskParameters, TerminationParameters};
+pub use randomization::{BodyFactors, Randomization, SensorNoise};
 pub use reward::{RewardOverrides, RewardParameters, RewardTerms, StepEnergies};

@@ -1,6 +1,7 @@
 //! Contract: the default curriculum is the paper's schedule; settings change exactly at the phases'
 //! boundaries; a widening range and moving weights move linearly; draws stay in range; bad values are named.
 
+use gaitshift_body::BodyParameters;
 use gaitshift_task::{CommandDraw, Curriculum, Phase, RewardOverrides, RewardParameters};
 use proptest::prelude::*;
 use rand::SeedableRng;
@@ -71,24 +72,38 @@ fn a_phase_has_its_own_weights_some_of_which_move_linearly() {
 fn bad_values_are_named() {
     let mut c = widening();
     c.phases[0].omega_v = [1.0, -1.0];
-    let error = c.validate().unwrap_err().to_string();
+    let error = c
+        .validate(&BodyParameters::default())
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("curriculum.phases[0].omega_v"), "{error}");
     c.phases[0].omega_v = [0.0, 1.0];
     c.phases[0].focus_share = Some(1.5);
-    let error = c.validate().unwrap_err().to_string();
+    let error = c
+        .validate(&BodyParameters::default())
+        .unwrap_err()
+        .to_string();
     assert!(
         error.contains("curriculum.phases[0].focus_share"),
         "{error}"
     );
     c.phases[0].focus_share = None;
     c.phases[0].reward_end = RewardOverrides::from([("scale", 0.0)]);
-    let error = c.validate().unwrap_err().to_string();
+    let error = c
+        .validate(&BodyParameters::default())
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("phases[0].reward_end.scale"), "{error}");
     let error = toml::from_str::<RewardOverrides>("omega_x = 1.0").unwrap_err();
     assert!(error.message().contains("`omega_x`"), "{error}");
     assert!(error.message().contains("omega_e_floor"), "{error}");
     c.phases.clear();
-    assert!(c.validate().unwrap_err().to_string().contains("phases"));
+    assert!(
+        c.validate(&BodyParameters::default())
+            .unwrap_err()
+            .to_string()
+            .contains("phases")
+    );
 }
 
 proptest! {

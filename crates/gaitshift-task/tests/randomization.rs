@@ -1,0 +1,240 @@
+//! Contract: a phase that randomizes draws bodies within its ranges, delays commands by exactly the drawn time and
+//! adds noise of the given size to what the controller sees, the same to the end of one step as to the beginning
+//! of the next; a share of the episodes stays as it is; a checkpoint holds what was drawn; values out of range
+//! are named.
+
+use gaitshift_body::{Body, BodyParameters, EnergyAccount};
+use gaitshift_task::{
+    BatchState, Curriculum, EnvironmentBatch, OBSERVATION_NAMES, OBSERVATION_SIZE, PhaseSettings,
+    Randomization, TaskParameters, observe,
+};
+
+fn settings(table: &str) -> PhaseSettings {
+    let randomization: Randomization = toml::from_str(table).unwrap();
+    PhaseSettings {
+        randomization: Some(randomization),
+        ..Curriculum::default().at(0, &TaskParameters::default().reward)
+    }
+}
+
+fn batch(count: usize, settings: &PhaseSettings) -> EnvironmentBatch {
+    let body = Body::new(BodyParameters::default()).unwrap();
+    EnvironmentBatch::new(body, TaskParameters::default(), count, 5, settings)
+}
+
+#[test]
+fn bodies_are_drawn_within_their_ranges_and_nothing_else_changes() {
+    let settings = settings("body = { friction = [0.5, 1.5], stop_dissipation_s_per_m = [0, 1] }");
+    let batch = batch(400, &settings);
+    let base = BodyParameters::default();
+    let mut means = [0.0; 2];
+    for i in 0..batch.len() {
+        let drawn = batch.body_of(i).parameters();
+        let factors = [
+            drawn.friction / base.friction,
+            drawn.stop_dissipation_s_per_m / base.stop_dissipation_s_per_m,
+        ];
+        assert!((0.5..=1.5).contains(&factors[0]) && (0.0..=1.0).contains(&factors[1]));
+        for (mean, factor) in means.iter_mut().zip(factors) {
+            *mean += factor / batch.len() as f64;
+        }
+        let rest = BodyParameters {
+            friction: base.friction,
+            stop_dissipation_s_per_m: base.stop_dissipation_s_per_m,
+            ..drawn.clone()
+        };
+        assert_eq!(rest, base);
+    }
+    // Standard errors are 0.014: four of them.
+    assert!(
+        (means[0] - 1.0).abs() < 0.06 && (means[1] - 0.5).abs() < 0.06,
+        "{means:?}"
+    );
+}
+
+#[test]
+fn a_share_of_the_episodes_is_drawn_and_the_next_episode_draws_anew() {
+    let settings = settings("share = 0.3\nbody = { hip_mass_kg = [1.1, 1.2] }");
+    let mut batch = batch(1000, &settings);
+    let drawn = |batch: &EnvironmentBatch| -> Vec<bool> {
+        let base = batch.body().parameters();
+        let own = (0..batch.len()).map(|i| batch.body_of(i).parameters() != base);
+        own.collect()
+    };
+    let first = drawn(&batch);
+    let share = first.iter().filter(|d| **d).count();
+    assert!((240..=360).contains(&share), "{share} of 1000");
+    for i in 0..batch.len() {
+        batch.reset(i, &settings);
+    }
+    assert_ne!(drawn(&batch), first);
+}
+
+/// Runs a batch of one with commands that change every period, and beside it the body itself with those commands
+/// shifted by `late` integration steps.
+fn compare_delay(late: u32) {
+    let dt = BodyParameters::default().time_step_s;
+    let latency_s = f64::from(late) * dt;
+    let settings = settings(&format!("latency_s = [{latency_s}, {latency_s}]"));
+    let mut batch = batch(1, &settings);
+    let body = Body::new(BodyParameters::default()).unwrap();
+    let per_period = TaskParameters::default().steps_per_period(body.parameters());
+    let mut state = batch.environment(0).state;
+    let mut account = EnergyAccount::default();
+    let command = |period: u32| [f64::from(period * 37 % 11) / 11.0 - 0.3, 0.5];
+    for period in 0..12 {
+        batch.step(0, command(period), 0.0, &settings);
+        for step in 0..per_period {
+            let held = match (period * per_period + step).checked_sub(late) {
+                Some(given) => command(given / per_period),
+                None => [0.0; 2],
+            };
+            body.advance(&mut state, held, 1, &mut account);
+        }
+        assert_eq!(
+            batch.environment(0).state,
+            state,
+            "late by {late} steps, period {period}"
+        );
+    }
+}
+
+#[test]
+fn commands_arrive_late_by_the_drawn_time() {
+    for late in [0, 1, 20, 49, 50, 51, 130] {
+        compare_delay(late);
+    }
+}
+
+#[test]
+fn forces_reported_are_means_over_the_period() {
+    let settings = settings("latency_s = [0.004, 0.004]");
+    let mut batch = batch(1, &settings);
+    let (outcome, _) = batch.step(0, [1.0, 0.5], 0.0, &settings);
+    // 6 of 10 ms under 600 N and 300 N.
+    assert!((outcome.report.actuator_n[0] - 360.0).abs() < 1e-9);
+    assert!((outcome.report.actuator_n[1] - 180.0).abs() < 1e-9);
+}
+
+#[test]
+fn noise_has_its_size_and_stays_until_the_next_step() {
+    let table = "noise = { x_velocity_m_per_s = 0.2, h_m = 0.01, phi_velocity_rad_per_s = 0.5 }";
+    let settings = settings(table);
+    let mut batch = batch(1, &settings);
+    let mut squares = [0.0; OBSERVATION_SIZE];
+    let count = 4000;
+    for _ in 0..count {
+        let (_, finished) = batch.step(0, [0.3, 0.3], 0.0, &settings);
+        if finished.is_some() {
+            batch.reset(0, &settings);
+        }
+        let omega_v = batch.environment(0).omega_v;
+        let seen = batch.observation(0, omega_v);
+        assert_eq!(seen, batch.observation(0, omega_v));
+        let exact = observe(&batch.environment(0).state, omega_v);
+        for ((square, seen), exact) in squares.iter_mut().zip(seen).zip(exact) {
+            *square += (seen - exact).powi(2) / f64::from(count);
+        }
+    }
+    for (name, square) in OBSERVATION_NAMES.iter().zip(squares) {
+        let expected = match *name {
+            "x_velocity_m_per_s" => 0.2,
+            "right_h_m" | "left_h_m" => 0.01,
+            "right_phi_velocity_rad_per_s" | "left_phi_velocity_rad_per_s" => 0.5,
+            _ => 0.0,
+        };
+        assert!(
+            (square.sqrt() - expected).abs() <= 0.05 * expected,
+            "{name}: {}",
+            square.sqrt()
+        );
+    }
+}
+
+#[test]
+fn a_saved_batch_goes_on_to_the_same_bits() {
+    let settings = settings(
+        "share = 0.7\nlatency_s = [0, 0.015]\nbody = { hip_mass_kg = [0.8, 1.2] }\nnoise = { theta_rad = 0.01 }",
+    );
+    let run = |batch: &mut EnvironmentBatch, from: u32| {
+        let mut seen = Vec::new();
+        for step in from..from + 60 {
+            for i in 0..batch.len() {
+                let command = [(f64::from(step) * 0.3).sin(), 0.4];
+                if batch.step(i, command, 0.0, &settings).1.is_some() {
+                    batch.reset(i, &settings);
+                }
+                seen.push(batch.observation(i, 0.5));
+            }
+        }
+        seen
+    };
+    let mut whole = batch(4, &settings);
+    run(&mut whole, 0);
+    let saved = serde_json::to_string(&whole.state()).unwrap();
+    let mut other = batch(4, &settings);
+    other.reset(1, &settings);
+    let state: BatchState = serde_json::from_str(&saved).unwrap();
+    assert!(other.restore(state));
+    assert_eq!(run(&mut whole, 60), run(&mut other, 60));
+}
+
+#[test]
+fn a_saved_body_that_cannot_be_is_refused() {
+    let settings = settings("body = { hip_mass_kg = [1.1, 1.1] }");
+    let mut batch = batch(1, &settings);
+    let saved = serde_json::to_string(&batch.state()).unwrap();
+    let bad = saved.replace("\"thigh_mass_kg\":6.0", "\"thigh_mass_kg\":-6.0");
+    assert_ne!(saved, bad);
+    assert!(!batch.restore(serde_json::from_str(&bad).unwrap()));
+}
+
+#[test]
+fn values_out_of_range_are_named() {
+    for (table, key) in [
+        ("share = 1.5", "randomization.share"),
+        ("latency_s = [0.02, 0.01]", "randomization.latency_s"),
+        ("latency_s = [-0.01, 0.01]", "randomization.latency_s"),
+        ("latency_s = [0.0, 3.0]", "randomization.latency_s"),
+        (
+            "body = { friction = [1.2, 0.8] }",
+            "randomization.body.friction",
+        ),
+        (
+            "body = { friction = [-0.5, 0.8] }",
+            "randomization.body.friction",
+        ),
+        (
+            "body = { hip_mass_kg = [0.0, 1.0] }",
+            "randomization.body.hip_mass_kg",
+        ),
+        (
+            "body = { k1_n_per_m = [1.0, inf] }",
+            "randomization.body.k1_n_per_m",
+        ),
+        (
+            "noise = { theta_rad = -0.1 }",
+            "randomization.noise.theta_rad",
+        ),
+        ("noise = { h_m = nan }", "randomization.noise.h_m"),
+    ] {
+        let mut curriculum = Curriculum::default();
+        curriculum.phases[1].randomization = Some(toml::from_str(table).unwrap());
+        let error = curriculum.validate(&BodyParameters::default()).unwrap_err();
+        assert_eq!(
+            error.key,
+            format!("curriculum.phases[1].{key}"),
+            "{table}: {error}"
+        );
+    }
+    for (table, name) in [
+        ("body = { leg_length_m = [0.9, 1.1] }", "leg_length_m"),
+        ("noise = { omega_v = 0.1 }", "omega_v"),
+        ("delay_s = [0, 0.1]", "delay_s"),
+    ] {
+        let error = toml::from_str::<Randomization>(table)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains(name), "{error}");
+    }
+}
