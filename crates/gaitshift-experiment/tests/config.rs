@@ -66,6 +66,18 @@ fn mistakes_are_reported_with_file_and_key() {
             vec!["mine.toml", "friction", "line 2"],
         ),
         (
+            "[[curriculum.phases]]\nname = \"a\"\nsteps = 1\nomega_v = [0, 1]\nrandomization = { body = { frikction = [1, 2] } }",
+            vec!["mine.toml", "frikction", "friction"],
+        ),
+        (
+            "[[curriculum.phases]]\nname = \"a\"\nsteps = 1\nomega_v = [0, 1]\nrandomization = { body = { foot_mass_kg = [0, 2] } }",
+            vec![
+                "mine.toml",
+                "curriculum.phases[0].randomization.body.foot_mass_kg",
+                "greater than 0",
+            ],
+        ),
+        (
             "[body]\nhip_mass_kg = -1.0",
             vec!["mine.toml", "hip_mass_kg", "greater than 0"],
         ),
