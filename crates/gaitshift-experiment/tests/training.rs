@@ -1,6 +1,6 @@
 //! Contract: the same configuration and seed give the same bits whatever the number of threads; a
-//! resumed run equals an uninterrupted one, controller and logs; values are those of a command
-//! when held; a controller file needs nothing else and broken ones are refused; nothing overwrites an existing run.
+//! resumed run equals an uninterrupted one, controller and logs, randomized episodes included; values are those of a
+//! command when held; a step ends in what the next one sees; a controller file needs nothing else and broken ones are refused; nothing overwrites an existing run.
 
 use gaitshift_experiment::{
     Control, Controller, Deterministic, Experiment, Judgement, Observer, Progress, Training,
@@ -41,6 +41,11 @@ fn tiny(threads: usize) -> Experiment {
             name = "two"
             steps = 4000
             omega_v = [-0.5, 3.5]
+            [curriculum.phases.randomization]
+            share = 0.8
+            latency_s = [0.0, 0.015]
+            body = {{ friction = [0.6, 1.2], hip_mass_kg = [0.9, 1.1] }}
+            noise = {{ theta_rad = 0.01, h_velocity_m_per_s = 0.02 }}
             "#
         ),
         "tiny",
@@ -194,20 +199,26 @@ fn a_changing_command_cuts_transitions_off_and_keeps_to_its_value() {
         .unwrap();
     let bytes = file(&folder, "checkpoint/replay.safetensors");
     let replay = safetensors::SafeTensors::deserialize(&bytes).unwrap();
-    let commands = |name: &str| -> Vec<f32> {
+    let observations = |name: &str| -> Vec<[f32; OBSERVATION_SIZE]> {
         let data = replay.tensor(name).unwrap().data();
-        let floats: Vec<f32> = data
-            .chunks_exact(4)
-            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-            .collect();
-        floats
-            .chunks_exact(OBSERVATION_SIZE)
-            .map(|o| o[OBSERVATION_SIZE - 1])
+        let float = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+        data.chunks_exact(4 * OBSERVATION_SIZE)
+            .map(|row| std::array::from_fn(|i| float(&row[4 * i..])))
             .collect()
     };
-    let (now, next) = (commands("observations"), commands("next_observations"));
+    let (seen, seen_next) = (
+        observations("observations"),
+        observations("next_observations"),
+    );
+    let command = |o: &[f32; OBSERVATION_SIZE]| o[OBSERVATION_SIZE - 1];
+    let now: Vec<f32> = seen.iter().map(command).collect();
+    let next: Vec<f32> = seen_next.iter().map(command).collect();
     let flags = replay.tensor("flags").unwrap().data();
     assert_eq!(now, next);
+    // Noise of the sensors included.
+    for slot in (0..now.len() - STREAMS).filter(|&slot| flags[slot] == 0) {
+        assert_eq!(seen_next[slot], seen[slot + STREAMS], "slot {slot}");
+    }
     let mut changes = 0;
     for slot in 0..now.len() - STREAMS {
         if now[slot + STREAMS] != now[slot] {
