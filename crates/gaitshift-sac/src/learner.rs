@@ -13,9 +13,10 @@ use crate::adam::{self, AdamStep};
 use crate::config::{SacConfig, Temperature};
 use crate::error::SacError;
 use crate::gaussian;
+use crate::lanes::{LANES, Lanes};
 use crate::mirror::{Mirror, reflect};
 use crate::network::{Activations, Deltas, Mlp, MlpShape, Transposed};
-use crate::real::{Buffer, Real};
+use crate::real::{Buffer, Real, wide};
 use crate::rehearsal::{Rehearsed, imitate};
 use crate::replay::{Batch, length};
 use crate::workers::{Disjoint, Workers};
@@ -1128,20 +1129,38 @@ fn mirror_back<T: Real>(map: &[(usize, f32)], out: &[T], weight: T, d_out: &mut 
     sum
 }
 
-/// Rows of observation and action side by side.
-fn join<T: Real>(
-    observation_size: usize,
-    observations: &[T],
-    action_size: usize,
-    actions: &[T],
-    out: &mut [T],
-) {
-    for ((observation, action), out) in observations
-        .chunks_exact(observation_size)
-        .zip(actions.chunks_exact(action_size))
-        .zip(out.chunks_exact_mut(observation_size + action_size))
-    {
-        out[..observation_size].copy_from_slice(observation);
-        out[observation_size..].copy_from_slice(action);
+wide! {
+    /// Rows of observation and action side by side.
+    fn join<T, V>(
+        observation_size: usize,
+        observations: &[T],
+        action_size: usize,
+        actions: &[T],
+        out: &mut [T],
+    ) {
+        for ((observation, action), out) in observations
+            .chunks_exact(observation_size)
+            .zip(actions.chunks_exact(action_size))
+            .zip(out.chunks_exact_mut(observation_size + action_size))
+        {
+            let (to_observation, to_action) = out.split_at_mut(observation_size);
+            copy_short::<T, V>(observation, to_observation);
+            copy_short::<T, V>(action, to_action);
+        }
+    }
+}
+
+/// Copies a few numbers without a call: eight at a time, the last eight overlapping those before.
+#[inline(always)]
+fn copy_short<T: Real, V: Lanes<T>>(from: &[T], to: &mut [T]) {
+    if let Some(last) = from.len().checked_sub(LANES) {
+        for place in (0..last).step_by(LANES) {
+            V::load(from, place).store(to, place);
+        }
+        V::load(from, last).store(to, last);
+    } else {
+        for (to, &from) in to.iter_mut().zip(from) {
+            *to = from;
+        }
     }
 }

@@ -644,8 +644,9 @@ fn transpose<T: Real>(weight: &[T], inputs: usize, units: usize, columns: usize,
     }
 }
 
-/// Rows whose products with the same weights are summed side by side.
-const PROJECTED: usize = 4;
+/// Rows whose products with the same weights are summed side by side: as many sums as the multiply-add units keep in
+/// flight.
+const PROJECTED: usize = 8;
 
 /// `ROWS` rows of [`project`]; each row's arithmetic does not depend on `ROWS`.
 #[inline(always)]
@@ -658,12 +659,17 @@ fn project_rows<T: Real, V: Lanes<T>, const ROWS: usize>(
     out: &mut [T],
 ) {
     let outputs = bias.len();
+    // Slices of one length each, so that the loop below needs no check.
+    let groups = padded / LANES;
+    let x: [_; ROWS] =
+        std::array::from_fn(|row| &x[row * stride..].as_chunks::<LANES>().0[..groups]);
     for (output, (weight, &bias)) in weight.chunks_exact(padded).zip(bias).enumerate() {
+        let weight = &weight.as_chunks::<LANES>().0[..groups];
         let mut sums = [V::splat(T::ZERO); ROWS];
-        for column in (0..padded).step_by(LANES) {
-            let weight = V::load(weight, column);
-            for (row, sum) in sums.iter_mut().enumerate() {
-                *sum = V::load(x, row * stride + column).mul_add(weight, *sum);
+        for group in 0..groups {
+            let weight = V::load(&weight[group], 0);
+            for (x, sum) in x.iter().zip(&mut sums) {
+                *sum = V::load(&x[group], 0).mul_add(weight, *sum);
             }
         }
         for (row, sum) in sums.into_iter().enumerate() {
