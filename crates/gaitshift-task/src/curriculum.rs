@@ -1,6 +1,7 @@
 //! The curriculum as data: phases with their lengths, ranges of the command and changed weights.
 
 use crate::parameters::require;
+use crate::randomization::uniform;
 use crate::{Randomization, RewardOverrides, RewardParameters, TaskError};
 use gaitshift_body::BodyParameters;
 use rand::{Rng, RngExt};
@@ -232,6 +233,6 @@ impl CommandDraw {
             let cut = |v: f64| v.clamp(range[0], range[1]);
             from = [cut(self.focus[0]), cut(self.focus[1])];
         }
-        from[0] + (from[1] - from[0]) * rng.random::<f64>()
+        uniform(from, rng)
     }
 }

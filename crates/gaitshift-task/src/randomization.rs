@@ -160,7 +160,8 @@ impl SensorNoise {
     }
 }
 
-fn uniform([low, high]: [f64; 2], rng: &mut impl Rng) -> f64 {
+/// A number from a range, uniformly.
+pub(crate) fn uniform([low, high]: [f64; 2], rng: &mut impl Rng) -> f64 {
     low + (high - low) * rng.random::<f64>()
 }
 
