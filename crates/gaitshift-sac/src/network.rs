@@ -203,9 +203,8 @@ impl<T: Real> Mlp<T> {
         for (index, layer) in self.layout.hidden.iter().enumerate() {
             let weight = (0..layer.units)
                 .flat_map(|unit| {
-                    (0..layer.inputs).map(move |input| {
-                        layer.weight + panel_index(layer.inputs, layer.padded, input, unit)
-                    })
+                    (0..layer.inputs)
+                        .map(move |input| layer.weight + panel_index(layer.inputs, input, unit))
                 })
                 .collect();
             places.push((
@@ -373,7 +372,6 @@ impl<T: Real> Mlp<T> {
                 &self.parameters[layer.weight_range()],
                 layer.inputs,
                 layer.units,
-                layer.padded,
                 out,
             );
         }
@@ -385,9 +383,9 @@ impl<T: Real> Mlp<T> {
             .enumerate()
         {
             let input = first.inputs - transposed.tail + row;
-            for (column, out) in out.chunks_mut(PANEL).enumerate() {
-                let start = panel_index(first.inputs, first.padded, input, column * PANEL);
-                out.copy_from_slice(&weight[start..start + out.len()]);
+            for (column, out) in out.chunks_exact_mut(PANEL).enumerate() {
+                let start = panel_index(first.inputs, input, column * PANEL);
+                out.copy_from_slice(&weight[start..start + PANEL]);
             }
         }
     }
@@ -622,21 +620,22 @@ impl<T: Real> Mlp<T> {
 }
 
 /// Panelled `weight` (`inputs` × `units`) into panels of its transpose (`units` × padded `inputs`).
-fn transpose<T: Real>(weight: &[T], inputs: usize, units: usize, columns: usize, out: &mut [T]) {
-    let out_columns = padded(inputs);
-    for first in (0..out_columns).step_by(PANEL) {
-        let width = PANEL.min(out_columns - first);
-        let real = width.min(inputs.saturating_sub(first));
-        let out = &mut out[first * units..][..width * units];
-        for (panel, out) in out.chunks_mut(PANEL * width).enumerate() {
-            let source_width = PANEL.min(columns - panel * PANEL);
-            let source = &weight[panel * PANEL * inputs..][..inputs * source_width];
-            for (column, row) in source[first * source_width..]
-                .chunks_exact(source_width)
+fn transpose<T: Real>(weight: &[T], inputs: usize, units: usize, out: &mut [T]) {
+    for (first, out) in (0..inputs)
+        .step_by(PANEL)
+        .zip(out.chunks_exact_mut(PANEL * units))
+    {
+        let real = PANEL.min(inputs - first);
+        for (out, source) in out
+            .chunks_mut(PANEL * PANEL)
+            .zip(weight.chunks_exact(PANEL * inputs))
+        {
+            for (column, row) in source[first * PANEL..]
+                .chunks_exact(PANEL)
                 .take(real)
                 .enumerate()
             {
-                for (out, &value) in out.chunks_exact_mut(width).zip(row) {
+                for (out, &value) in out.chunks_exact_mut(PANEL).zip(row) {
                     out[column] = value;
                 }
             }
