@@ -28,6 +28,8 @@ pub trait Lanes<T>: Copy {
     fn where_positive(self, condition: Self) -> Self;
     /// Sum of all eight.
     fn sum(self) -> T;
+    /// Rows of a square to its columns.
+    fn transpose(square: [Self; LANES]) -> [Self; LANES];
 }
 
 /// [`Lanes`] for any processor and scalar.
@@ -91,6 +93,10 @@ impl<T: Real> Lanes<T> for Portable<T> {
     fn sum(self) -> T {
         let [a, b, c, d, e, f, g, h] = self.0;
         ((a + e) + (c + g)) + ((b + f) + (d + h))
+    }
+    #[inline(always)]
+    fn transpose(square: [Self; LANES]) -> [Self; LANES] {
+        std::array::from_fn(|row| Self(std::array::from_fn(|column| square[column].0[row])))
     }
 }
 
@@ -159,6 +165,32 @@ mod avx {
                 );
                 let two = _mm_add_ps(four, _mm_movehl_ps(four, four));
                 _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)))
+            }
+        }
+        #[inline(always)]
+        fn transpose(square: [Self; LANES]) -> [Self; LANES] {
+            unsafe {
+                // Within halves of four: pairs of rows, then fours; at last the halves change places.
+                let [a, b, c, d, e, f, g, h] = square.map(|row| row.0);
+                let four = |a, b, c, d| {
+                    let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+                    let (ba, dc) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+                    [
+                        _mm256_shuffle_ps::<0b01_00_01_00>(ab, cd),
+                        _mm256_shuffle_ps::<0b11_10_11_10>(ab, cd),
+                        _mm256_shuffle_ps::<0b01_00_01_00>(ba, dc),
+                        _mm256_shuffle_ps::<0b11_10_11_10>(ba, dc),
+                    ]
+                };
+                let (upper, lower) = (four(a, b, c, d), four(e, f, g, h));
+                std::array::from_fn(|row| {
+                    let (upper, lower) = (upper[row % 4], lower[row % 4]);
+                    Self(if row < 4 {
+                        _mm256_permute2f128_ps::<0x20>(upper, lower)
+                    } else {
+                        _mm256_permute2f128_ps::<0x31>(upper, lower)
+                    })
+                })
             }
         }
     }

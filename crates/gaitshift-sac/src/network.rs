@@ -619,24 +619,21 @@ impl<T: Real> Mlp<T> {
     }
 }
 
-/// Panelled `weight` (`inputs` × `units`) into panels of its transpose (`units` × padded `inputs`).
-fn transpose<T: Real>(weight: &[T], inputs: usize, units: usize, out: &mut [T]) {
-    for (first, out) in (0..inputs)
-        .step_by(PANEL)
-        .zip(out.chunks_exact_mut(PANEL * units))
-    {
-        let real = PANEL.min(inputs - first);
-        for (out, source) in out
-            .chunks_mut(PANEL * PANEL)
-            .zip(weight.chunks_exact(PANEL * inputs))
-        {
-            for (column, row) in source[first * PANEL..]
-                .chunks_exact(PANEL)
-                .take(real)
-                .enumerate()
-            {
-                for (out, &value) in out.chunks_exact_mut(PANEL).zip(row) {
-                    out[column] = value;
+wide! {
+    /// Panelled `weight` (`inputs` × `units`) into panels of its transpose (`units` × padded `inputs`).
+    fn transpose<T, V>(weight: &[T], inputs: usize, units: usize, out: &mut [T]) {
+        for (first, out) in (0..inputs).step_by(PANEL).zip(out.chunks_exact_mut(PANEL * units)) {
+            for (source, out) in weight.chunks_exact(PANEL * inputs).zip(out.chunks_mut(PANEL * PANEL)) {
+                let source = &source[first * PANEL..];
+                let square = V::transpose(std::array::from_fn(|row| {
+                    if first + row < inputs {
+                        V::load(source, row * PANEL)
+                    } else {
+                        V::splat(T::ZERO)
+                    }
+                }));
+                for (out, row) in out.chunks_exact_mut(PANEL).zip(square) {
+                    row.store(out, 0);
                 }
             }
         }
