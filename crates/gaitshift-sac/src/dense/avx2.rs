@@ -1,0 +1,496 @@
+//! The products for processors with AVX2 and FMA.
+//!
+//! Register tiles of 4 rows by 3 panels, a vector each: twelve sums in flight cover the latency of the two fused
+//! multiply-add units, and sums, weights and one broadcast fill the sixteen registers. Seven loads for twelve
+//! multiply-adds is the least that sixteen registers allow, and loads are what a neighbour on the same core takes
+//! away. The panels that three do not divide go through tiles of 6 rows by 2.
+
+use std::arch::asm;
+use std::arch::x86_64::*;
+
+use super::{BLOCK, Epilogue, MatMul, Outer, PANEL, tile_panels, tile_rows};
+
+// The loops over the shared index of full tiles are in assembly: they need every register, and the compiler, left to
+// itself, spills sums or computes addresses anew. All others are rare enough to be left to it.
+
+/// One factor times all vectors, added to its sums.
+macro_rules! factor {
+    ($at:literal: $($sum:literal $vector:literal),+) => {
+        concat!(
+            "vbroadcastss {f}, dword ptr [", $at, "]\n",
+            $("vfmadd231ps {", $sum, "}, {f}, {", $vector, "}\n",)+
+        )
+    };
+}
+
+/// One step of a full tile: three vectors and four factors, or two vectors and six factors, given by where they lie.
+macro_rules! step {
+    ($v0:literal $v1:literal $v2:literal, $f0:literal $f1:literal $f2:literal $f3:literal) => {
+        concat!(
+            "vmovups {v0}, ymmword ptr [", $v0, "]\n",
+            "vmovups {v1}, ymmword ptr [", $v1, "]\n",
+            "vmovups {v2}, ymmword ptr [", $v2, "]\n",
+            factor!($f0: "s0" "v0", "s1" "v1", "s2" "v2"),
+            factor!($f1: "s3" "v0", "s4" "v1", "s5" "v2"),
+            factor!($f2: "s6" "v0", "s7" "v1", "s8" "v2"),
+            factor!($f3: "s9" "v0", "s10" "v1", "s11" "v2"),
+        )
+    };
+    (
+        $v0:literal $v1:literal,
+        $f0:literal $f1:literal $f2:literal $f3:literal $f4:literal $f5:literal
+    ) => {
+        concat!(
+            "vmovups {v0}, ymmword ptr [", $v0, "]\n",
+            "vmovups {v1}, ymmword ptr [", $v1, "]\n",
+            factor!($f0: "s0" "v0", "s1" "v1"),
+            factor!($f1: "s2" "v0", "s3" "v1"),
+            factor!($f2: "s4" "v0", "s5" "v1"),
+            factor!($f3: "s6" "v0", "s7" "v1"),
+            factor!($f4: "s8" "v0", "s9" "v1"),
+            factor!($f5: "s10" "v0", "s11" "v1"),
+        )
+    };
+}
+
+/// The loop of a full tile over `$count` steps, four between two jumps. `{x}` and `{w}` move along the factors and
+/// the vectors, `{s}` and `{t}` are distances there in bytes.
+macro_rules! full_tile {
+    (
+        $sums:ident, $count:expr, x: $x:expr, $s:expr, w: $w:expr, $t:expr,
+        four: [$($four:expr),+], one: [$($one:expr),+], $($further:tt)*
+    ) => {
+        asm!(
+            "sub {n}, 4",
+            "jb 3f",
+            "2:",
+            $($four,)+
+            "sub {n}, 4",
+            "jae 2b",
+            "3:",
+            "add {n}, 4",
+            "jz 5f",
+            "4:",
+            $($one,)+
+            "dec {n}",
+            "jnz 4b",
+            "5:",
+            n = inout(reg) $count => _,
+            x = inout(reg) $x => _,
+            w = inout(reg) $w => _,
+            s = in(reg) 4 * $s,
+            t = in(reg) 4 * $t,
+            f = out(ymm_reg) _,
+            v0 = out(ymm_reg) _,
+            v1 = out(ymm_reg) _,
+            s0 = inout(ymm_reg) $sums[0],
+            s1 = inout(ymm_reg) $sums[1],
+            s2 = inout(ymm_reg) $sums[2],
+            s3 = inout(ymm_reg) $sums[3],
+            s4 = inout(ymm_reg) $sums[4],
+            s5 = inout(ymm_reg) $sums[5],
+            s6 = inout(ymm_reg) $sums[6],
+            s7 = inout(ymm_reg) $sums[7],
+            s8 = inout(ymm_reg) $sums[8],
+            s9 = inout(ymm_reg) $sums[9],
+            s10 = inout(ymm_reg) $sums[10],
+            s11 = inout(ymm_reg) $sums[11],
+            $($further)*
+            options(nostack, readonly),
+        )
+    };
+}
+
+/// sums[r][p] += Σ x[r][i] panels[p][i] over `k` steps i, 4 rows by 3 panels.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn matmul_4_by_3(
+    sums: &mut [__m256; 12],
+    k: usize,
+    x: *const f32,
+    x_stride: usize,
+    panels: *const f32,
+) {
+    // SAFETY: the caller's tile lies inside the slices.
+    unsafe {
+        full_tile!(
+            sums, k, x: x, x_stride, w: panels, k * PANEL,
+            four: [
+                step!("{w}" "{w}+{t}" "{w}+2*{t}", "{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{u}"),
+                step!("{w}+32" "{w}+{t}+32" "{w}+2*{t}+32", "{x}+4" "{x}+{s}+4" "{x}+2*{s}+4" "{x}+{u}+4"),
+                step!("{w}+64" "{w}+{t}+64" "{w}+2*{t}+64", "{x}+8" "{x}+{s}+8" "{x}+2*{s}+8" "{x}+{u}+8"),
+                step!("{w}+96" "{w}+{t}+96" "{w}+2*{t}+96", "{x}+12" "{x}+{s}+12" "{x}+2*{s}+12" "{x}+{u}+12"),
+                "add {x}, 16",
+                "add {w}, 128"
+            ],
+            one: [
+                step!("{w}" "{w}+{t}" "{w}+2*{t}", "{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{u}"),
+                "add {x}, 4",
+                "add {w}, 32"
+            ],
+            u = in(reg) 12 * x_stride,
+            v2 = out(ymm_reg) _,
+        );
+    }
+}
+
+/// [`matmul_4_by_3`] for 6 rows by 2 panels.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn matmul_6_by_2(
+    sums: &mut [__m256; 12],
+    k: usize,
+    x: *const f32,
+    x_stride: usize,
+    panels: *const f32,
+) {
+    // SAFETY: the caller's tile lies inside the slices. The rows are counted from the second.
+    unsafe {
+        full_tile!(
+            sums, k, x: x.add(x_stride), x_stride, w: panels, k * PANEL,
+            four: [
+                step!("{w}" "{w}+{t}", "{x}+{u}" "{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{z}" "{x}+4*{s}"),
+                step!(
+                    "{w}+32" "{w}+{t}+32",
+                    "{x}+{u}+4" "{x}+4" "{x}+{s}+4" "{x}+2*{s}+4" "{x}+{z}+4" "{x}+4*{s}+4"
+                ),
+                step!(
+                    "{w}+64" "{w}+{t}+64",
+                    "{x}+{u}+8" "{x}+8" "{x}+{s}+8" "{x}+2*{s}+8" "{x}+{z}+8" "{x}+4*{s}+8"
+                ),
+                step!(
+                    "{w}+96" "{w}+{t}+96",
+                    "{x}+{u}+12" "{x}+12" "{x}+{s}+12" "{x}+2*{s}+12" "{x}+{z}+12" "{x}+4*{s}+12"
+                ),
+                "add {x}, 16",
+                "add {w}, 128"
+            ],
+            one: [
+                step!("{w}" "{w}+{t}", "{x}+{u}" "{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{z}" "{x}+4*{s}"),
+                "add {x}, 4",
+                "add {w}, 32"
+            ],
+            u = in(reg) (4 * x_stride).wrapping_neg(),
+            z = in(reg) 12 * x_stride,
+        );
+    }
+}
+
+/// sums[r][p] += Σ x[i][r] y[i][p] over `rows` steps i, 4 columns of x by 3 vectors of y.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn outer_4_by_3(
+    sums: &mut [__m256; 12],
+    rows: usize,
+    x: *const f32,
+    x_stride: usize,
+    y: *const f32,
+    y_stride: usize,
+) {
+    // SAFETY: the caller's tile lies inside the slices.
+    unsafe {
+        full_tile!(
+            sums, rows, x: x, x_stride, w: y, y_stride,
+            four: [
+                step!("{w}" "{w}+32" "{w}+64", "{x}" "{x}+4" "{x}+8" "{x}+12"),
+                step!("{w}+{t}" "{w}+{t}+32" "{w}+{t}+64", "{x}+{s}" "{x}+{s}+4" "{x}+{s}+8" "{x}+{s}+12"),
+                "lea {x}, [{x}+2*{s}]",
+                "lea {w}, [{w}+2*{t}]",
+                step!("{w}" "{w}+32" "{w}+64", "{x}" "{x}+4" "{x}+8" "{x}+12"),
+                step!("{w}+{t}" "{w}+{t}+32" "{w}+{t}+64", "{x}+{s}" "{x}+{s}+4" "{x}+{s}+8" "{x}+{s}+12"),
+                "lea {x}, [{x}+2*{s}]",
+                "lea {w}, [{w}+2*{t}]"
+            ],
+            one: [
+                step!("{w}" "{w}+32" "{w}+64", "{x}" "{x}+4" "{x}+8" "{x}+12"),
+                "add {x}, {s}",
+                "add {w}, {t}"
+            ],
+            v2 = out(ymm_reg) _,
+        );
+    }
+}
+
+/// [`outer_4_by_3`] for 6 columns of x by 2 vectors of y.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn outer_6_by_2(
+    sums: &mut [__m256; 12],
+    rows: usize,
+    x: *const f32,
+    x_stride: usize,
+    y: *const f32,
+    y_stride: usize,
+) {
+    // SAFETY: the caller's tile lies inside the slices.
+    unsafe {
+        full_tile!(
+            sums, rows, x: x, x_stride, w: y, y_stride,
+            four: [
+                step!("{w}" "{w}+32", "{x}" "{x}+4" "{x}+8" "{x}+12" "{x}+16" "{x}+20"),
+                step!(
+                    "{w}+{t}" "{w}+{t}+32",
+                    "{x}+{s}" "{x}+{s}+4" "{x}+{s}+8" "{x}+{s}+12" "{x}+{s}+16" "{x}+{s}+20"
+                ),
+                "lea {x}, [{x}+2*{s}]",
+                "lea {w}, [{w}+2*{t}]",
+                step!("{w}" "{w}+32", "{x}" "{x}+4" "{x}+8" "{x}+12" "{x}+16" "{x}+20"),
+                step!(
+                    "{w}+{t}" "{w}+{t}+32",
+                    "{x}+{s}" "{x}+{s}+4" "{x}+{s}+8" "{x}+{s}+12" "{x}+{s}+16" "{x}+{s}+20"
+                ),
+                "lea {x}, [{x}+2*{s}]",
+                "lea {w}, [{w}+2*{t}]"
+            ],
+            one: [
+                step!("{w}" "{w}+32", "{x}" "{x}+4" "{x}+8" "{x}+12" "{x}+16" "{x}+20"),
+                "add {x}, {s}",
+                "add {w}, {t}"
+            ],
+        );
+    }
+}
+
+/// The twelve sums of a full tile, row by row.
+#[inline(always)]
+fn flat<const R: usize, const P: usize>(sums: &mut [[__m256; P]; R]) -> &mut [__m256; 12] {
+    assert!(R * P == 12);
+    // SAFETY: an array of arrays lies in memory as one array does.
+    unsafe { &mut *(&raw mut *sums).cast() }
+}
+
+const NONE: u8 = 0;
+const BIAS: u8 = 1;
+const BIAS_RELU: u8 = 2;
+const MASK: u8 = 3;
+
+/// The tile of so many rows by `P` panels; [`tile_rows`] gives no others.
+macro_rules! dispatch {
+    ($rows:expr, $tile:ident::<$($constant:ident),+>($($argument:expr),*)) => {
+        match $rows {
+            1 => $tile::<1, $($constant),+>($($argument),*),
+            2 => $tile::<2, $($constant),+>($($argument),*),
+            3 => $tile::<3, $($constant),+>($($argument),*),
+            4 => $tile::<4, $($constant),+>($($argument),*),
+            5 => $tile::<5, $($constant),+>($($argument),*),
+            6 => $tile::<6, $($constant),+>($($argument),*),
+            _ => unreachable!(),
+        }
+    };
+}
+
+/// A product whose epilogue is `extra` of the kind that the functions below have as a constant.
+#[derive(Clone, Copy)]
+struct Product {
+    k: usize,
+    x: *const f32,
+    x_stride: usize,
+    panels: *const f32,
+    columns: usize,
+    y: *mut f32,
+    y_stride: usize,
+    extra: *const f32,
+    extra_stride: usize,
+}
+
+/// # Safety
+/// AVX2 and FMA present, `product.check()` passed.
+#[target_feature(enable = "avx2,fma")]
+pub unsafe fn matmul(product: MatMul<'_, f32>) {
+    let y = product.y.as_mut_ptr();
+    let with = |extra, extra_stride| Product {
+        k: product.k,
+        x: product.x.as_ptr(),
+        x_stride: product.x_stride,
+        panels: product.panels.as_ptr(),
+        columns: product.columns,
+        y,
+        y_stride: product.y_stride,
+        extra,
+        extra_stride,
+    };
+    let rows = product.rows;
+    // SAFETY: passed on from the caller.
+    unsafe {
+        match product.epilogue {
+            Epilogue::None => blocks::<NONE>(rows, with(std::ptr::null(), 0)),
+            Epilogue::Bias(bias) => blocks::<BIAS>(rows, with(bias.as_ptr(), 0)),
+            Epilogue::BiasRelu(bias) => blocks::<BIAS_RELU>(rows, with(bias.as_ptr(), 0)),
+            Epilogue::Mask(mask, stride) => blocks::<MASK>(rows, with(mask.as_ptr(), stride)),
+        }
+    }
+}
+
+#[target_feature(enable = "avx2,fma")]
+unsafe fn blocks<const E: u8>(rows: usize, product: Product) {
+    for from in (0..rows).step_by(BLOCK) {
+        let to = rows.min(from + BLOCK);
+        let mut first = 0;
+        while first < product.columns {
+            let panels = tile_panels((product.columns - first) / PANEL);
+            // SAFETY: passed on from the caller; rows and panels are there.
+            unsafe {
+                match panels {
+                    3 => strip::<3, E>(from, to, first, product),
+                    2 => strip::<2, E>(from, to, first, product),
+                    _ => strip::<1, E>(from, to, first, product),
+                }
+            }
+            first += panels * PANEL;
+        }
+    }
+}
+
+/// Rows `from..to` of `P` panels, whose first column is `first`.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn strip<const P: usize, const E: u8>(
+    from: usize,
+    to: usize,
+    first: usize,
+    product: Product,
+) {
+    let mut row = from;
+    while row < to {
+        let rows = tile_rows(to - row, P);
+        // SAFETY: the tile lies inside what the caller passed on.
+        unsafe { dispatch!(rows, tile::<P, E>(row, first, product)) };
+        row += rows;
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn tile<const R: usize, const P: usize, const E: u8>(
+    row: usize,
+    first: usize,
+    product: Product,
+) {
+    let Product {
+        k,
+        x_stride,
+        y_stride,
+        extra_stride,
+        ..
+    } = product;
+    // SAFETY: the caller's tile lies inside the slices.
+    unsafe {
+        let x = product.x.add(row * x_stride);
+        let panels = product.panels.add(first * k);
+        let y = product.y.add(row * y_stride + first);
+        let extra = product.extra.wrapping_add(row * extra_stride + first);
+        let mut sums = [[_mm256_setzero_ps(); P]; R];
+        if E == BIAS || E == BIAS_RELU {
+            for p in 0..P {
+                let bias = _mm256_loadu_ps(extra.add(p * PANEL));
+                for row in &mut sums {
+                    row[p] = bias;
+                }
+            }
+        }
+        match (R, P) {
+            (4, 3) => matmul_4_by_3(flat(&mut sums), k, x, x_stride, panels),
+            (6, 2) => matmul_6_by_2(flat(&mut sums), k, x, x_stride, panels),
+            _ => {
+                for index in 0..k {
+                    for (r, row) in sums.iter_mut().enumerate() {
+                        let factor = _mm256_broadcast_ss(&*x.add(r * x_stride + index));
+                        for (p, sum) in row.iter_mut().enumerate() {
+                            let weights = _mm256_loadu_ps(panels.add((p * k + index) * PANEL));
+                            *sum = _mm256_fmadd_ps(factor, weights, *sum);
+                        }
+                    }
+                }
+            }
+        }
+        for (r, row) in sums.iter().enumerate() {
+            for (p, &sum) in row.iter().enumerate() {
+                let value = match E {
+                    // In this order of operands NaN stays NaN and is noticed.
+                    BIAS_RELU => _mm256_max_ps(_mm256_setzero_ps(), sum),
+                    MASK => {
+                        let mask = _mm256_loadu_ps(extra.add(r * extra_stride + p * PANEL));
+                        _mm256_and_ps(sum, _mm256_cmp_ps::<_CMP_GT_OQ>(mask, _mm256_setzero_ps()))
+                    }
+                    _ => sum,
+                };
+                _mm256_storeu_ps(y.add(r * y_stride + p * PANEL), value);
+            }
+        }
+    }
+}
+
+/// # Safety
+/// AVX2 and FMA present, `product.check()` passed.
+#[target_feature(enable = "avx2,fma")]
+pub unsafe fn outer(mut product: Outer<'_, f32>) {
+    let mut first = 0;
+    while first < product.columns {
+        let panels = tile_panels((product.columns - first) / PANEL);
+        // SAFETY: passed on from the caller; the panels are there.
+        unsafe {
+            match panels {
+                3 => outer_strip::<3>(first, &mut product),
+                2 => outer_strip::<2>(first, &mut product),
+                _ => outer_strip::<1>(first, &mut product),
+            }
+        }
+        first += panels * PANEL;
+    }
+}
+
+/// `P` panels, whose first column is `first`.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn outer_strip<const P: usize>(first: usize, product: &mut Outer<'_, f32>) {
+    let mut index = 0;
+    while index < product.k {
+        let rows = tile_rows(product.k - index, P);
+        // SAFETY: the tile lies inside what the caller passed on.
+        unsafe { dispatch!(rows, outer_tile::<P>(index, first, product)) };
+        index += rows;
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn outer_tile<const R: usize, const P: usize>(
+    index: usize,
+    first: usize,
+    product: &mut Outer<'_, f32>,
+) {
+    let Outer {
+        rows,
+        k,
+        x_stride,
+        y_stride,
+        ..
+    } = *product;
+    // SAFETY: the caller's tile lies inside the slices.
+    unsafe {
+        let x = product.x.as_ptr().add(index);
+        let y = product.y.as_ptr().add(first);
+        let out = product.panels.as_mut_ptr().add(first * k + index * PANEL);
+        let mut sums = [[_mm256_setzero_ps(); P]; R];
+        match (R, P) {
+            (4, 3) => outer_4_by_3(flat(&mut sums), rows, x, x_stride, y, y_stride),
+            (6, 2) => outer_6_by_2(flat(&mut sums), rows, x, x_stride, y, y_stride),
+            _ => {
+                for row in 0..rows {
+                    for (r, sums) in sums.iter_mut().enumerate() {
+                        let factor = _mm256_broadcast_ss(&*x.add(row * x_stride + r));
+                        for (p, sum) in sums.iter_mut().enumerate() {
+                            let values = _mm256_loadu_ps(y.add(row * y_stride + p * PANEL));
+                            *sum = _mm256_fmadd_ps(factor, values, *sum);
+                        }
+                    }
+                }
+            }
+        }
+        for (r, sums) in sums.iter().enumerate() {
+            for (p, &sum) in sums.iter().enumerate() {
+                _mm256_storeu_ps(out.add((p * k + r) * PANEL), sum);
+            }
+        }
+    }
+}
