@@ -10,68 +10,73 @@ use std::arch::x86_64::*;
 
 use super::{BLOCK, Epilogue, MatMul, Outer, PANEL, tile_panels, tile_rows};
 
-// The loops over the shared index of full tiles are in assembly: they need every register, and the compiler, left to
-// itself, spills sums or computes addresses anew. All others are rare enough to be left to it.
-
 /// One factor times all vectors, added to its sums.
 macro_rules! factor {
-    ($at:literal: $($sum:literal $vector:literal),+) => {
+    ($at:literal $shift:literal: $($sum:literal $vector:literal),+) => {
         concat!(
-            "vbroadcastss {f}, dword ptr [", $at, "]\n",
+            "vbroadcastss {f}, dword ptr [", $at, $shift, "]\n",
             $("vfmadd231ps {", $sum, "}, {f}, {", $vector, "}\n",)+
         )
     };
 }
 
-/// One step of a full tile: three vectors and four factors, or two vectors and six factors, given by where they lie.
+/// One step of a full tile: where its vectors lie and how far the step shifts that, then the same of its factors.
 macro_rules! step {
-    ($v0:literal $v1:literal $v2:literal, $f0:literal $f1:literal $f2:literal $f3:literal) => {
+    ([$v0:literal $v1:literal $v2:literal] $w:literal, [$f0:literal $f1:literal $f2:literal $f3:literal] $x:literal) => {
         concat!(
-            "vmovups {v0}, ymmword ptr [", $v0, "]\n",
-            "vmovups {v1}, ymmword ptr [", $v1, "]\n",
-            "vmovups {v2}, ymmword ptr [", $v2, "]\n",
-            factor!($f0: "s0" "v0", "s1" "v1", "s2" "v2"),
-            factor!($f1: "s3" "v0", "s4" "v1", "s5" "v2"),
-            factor!($f2: "s6" "v0", "s7" "v1", "s8" "v2"),
-            factor!($f3: "s9" "v0", "s10" "v1", "s11" "v2"),
+            "vmovups {v0}, ymmword ptr [", $v0, $w, "]\n",
+            "vmovups {v1}, ymmword ptr [", $v1, $w, "]\n",
+            "vmovups {v2}, ymmword ptr [", $v2, $w, "]\n",
+            factor!($f0 $x: "s0" "v0", "s1" "v1", "s2" "v2"),
+            factor!($f1 $x: "s3" "v0", "s4" "v1", "s5" "v2"),
+            factor!($f2 $x: "s6" "v0", "s7" "v1", "s8" "v2"),
+            factor!($f3 $x: "s9" "v0", "s10" "v1", "s11" "v2"),
         )
     };
     (
-        $v0:literal $v1:literal,
-        $f0:literal $f1:literal $f2:literal $f3:literal $f4:literal $f5:literal
+        [$v0:literal $v1:literal] $w:literal,
+        [$f0:literal $f1:literal $f2:literal $f3:literal $f4:literal $f5:literal] $x:literal
     ) => {
         concat!(
-            "vmovups {v0}, ymmword ptr [", $v0, "]\n",
-            "vmovups {v1}, ymmword ptr [", $v1, "]\n",
-            factor!($f0: "s0" "v0", "s1" "v1"),
-            factor!($f1: "s2" "v0", "s3" "v1"),
-            factor!($f2: "s4" "v0", "s5" "v1"),
-            factor!($f3: "s6" "v0", "s7" "v1"),
-            factor!($f4: "s8" "v0", "s9" "v1"),
-            factor!($f5: "s10" "v0", "s11" "v1"),
+            "vmovups {v0}, ymmword ptr [", $v0, $w, "]\n",
+            "vmovups {v1}, ymmword ptr [", $v1, $w, "]\n",
+            factor!($f0 $x: "s0" "v0", "s1" "v1"),
+            factor!($f1 $x: "s2" "v0", "s3" "v1"),
+            factor!($f2 $x: "s4" "v0", "s5" "v1"),
+            factor!($f3 $x: "s6" "v0", "s7" "v1"),
+            factor!($f4 $x: "s8" "v0", "s9" "v1"),
+            factor!($f5 $x: "s10" "v0", "s11" "v1"),
         )
     };
 }
 
-/// The loop of a full tile over `$count` steps, four between two jumps. `{x}` and `{w}` move along the factors and
-/// the vectors, `{s}` and `{t}` are distances there in bytes.
+/// The loop of a full tile over the shared index, four steps between two jumps: sums[r][p] += Σ factors[r] vectors[p].
+/// `{x}` and `{w}` move along the factors and the vectors, `{s}` and `{t}` are distances there in bytes. `four` and `one`
+/// are the steps, by their shifts of vectors and factors, with the instructions that move on. In assembly, because a full tile
+/// needs every register and the compiler, left to itself, spills sums or computes addresses anew; tiles that are
+/// not full are rare enough to be left to it.
 macro_rules! full_tile {
     (
-        $sums:ident, $count:expr, x: $x:expr, $s:expr, w: $w:expr, $t:expr,
-        four: [$($four:expr),+], one: [$($one:expr),+], $($further:tt)*
-    ) => {
+        $sums:expr, $count:expr, x: $x:expr, $s:expr, w: $w:expr, $t:expr,
+        vectors: $vectors:tt, factors: $factors:tt,
+        four: { $($(($four_w:literal $four_x:literal))+ then $($four_move:literal)+;)+ }
+        one: { ($one_w:literal $one_x:literal) then $($one_move:literal)+; }
+        $($further:tt)*
+    ) => {{
+        let sums = $sums;
         asm!(
             "sub {n}, 4",
             "jb 3f",
             "2:",
-            $($four,)+
+            $($(step!($vectors $four_w, $factors $four_x),)+ $($four_move,)+)+
             "sub {n}, 4",
             "jae 2b",
             "3:",
             "add {n}, 4",
             "jz 5f",
             "4:",
-            $($one,)+
+            step!($vectors $one_w, $factors $one_x),
+            $($one_move,)+
             "dec {n}",
             "jnz 4b",
             "5:",
@@ -83,172 +88,22 @@ macro_rules! full_tile {
             f = out(ymm_reg) _,
             v0 = out(ymm_reg) _,
             v1 = out(ymm_reg) _,
-            s0 = inout(ymm_reg) $sums[0],
-            s1 = inout(ymm_reg) $sums[1],
-            s2 = inout(ymm_reg) $sums[2],
-            s3 = inout(ymm_reg) $sums[3],
-            s4 = inout(ymm_reg) $sums[4],
-            s5 = inout(ymm_reg) $sums[5],
-            s6 = inout(ymm_reg) $sums[6],
-            s7 = inout(ymm_reg) $sums[7],
-            s8 = inout(ymm_reg) $sums[8],
-            s9 = inout(ymm_reg) $sums[9],
-            s10 = inout(ymm_reg) $sums[10],
-            s11 = inout(ymm_reg) $sums[11],
+            s0 = inout(ymm_reg) sums[0],
+            s1 = inout(ymm_reg) sums[1],
+            s2 = inout(ymm_reg) sums[2],
+            s3 = inout(ymm_reg) sums[3],
+            s4 = inout(ymm_reg) sums[4],
+            s5 = inout(ymm_reg) sums[5],
+            s6 = inout(ymm_reg) sums[6],
+            s7 = inout(ymm_reg) sums[7],
+            s8 = inout(ymm_reg) sums[8],
+            s9 = inout(ymm_reg) sums[9],
+            s10 = inout(ymm_reg) sums[10],
+            s11 = inout(ymm_reg) sums[11],
             $($further)*
             options(nostack, readonly),
         )
-    };
-}
-
-/// sums[r][p] += Σ x[r][i] panels[p][i] over `k` steps i, 4 rows by 3 panels.
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn matmul_4_by_3(
-    sums: &mut [__m256; 12],
-    k: usize,
-    x: *const f32,
-    x_stride: usize,
-    panels: *const f32,
-) {
-    // SAFETY: the caller's tile lies inside the slices.
-    unsafe {
-        full_tile!(
-            sums, k, x: x, x_stride, w: panels, k * PANEL,
-            four: [
-                step!("{w}" "{w}+{t}" "{w}+2*{t}", "{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{u}"),
-                step!("{w}+32" "{w}+{t}+32" "{w}+2*{t}+32", "{x}+4" "{x}+{s}+4" "{x}+2*{s}+4" "{x}+{u}+4"),
-                step!("{w}+64" "{w}+{t}+64" "{w}+2*{t}+64", "{x}+8" "{x}+{s}+8" "{x}+2*{s}+8" "{x}+{u}+8"),
-                step!("{w}+96" "{w}+{t}+96" "{w}+2*{t}+96", "{x}+12" "{x}+{s}+12" "{x}+2*{s}+12" "{x}+{u}+12"),
-                "add {x}, 16",
-                "add {w}, 128"
-            ],
-            one: [
-                step!("{w}" "{w}+{t}" "{w}+2*{t}", "{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{u}"),
-                "add {x}, 4",
-                "add {w}, 32"
-            ],
-            u = in(reg) 12 * x_stride,
-            v2 = out(ymm_reg) _,
-        );
-    }
-}
-
-/// [`matmul_4_by_3`] for 6 rows by 2 panels.
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn matmul_6_by_2(
-    sums: &mut [__m256; 12],
-    k: usize,
-    x: *const f32,
-    x_stride: usize,
-    panels: *const f32,
-) {
-    // SAFETY: the caller's tile lies inside the slices. The rows are counted from the second.
-    unsafe {
-        full_tile!(
-            sums, k, x: x.add(x_stride), x_stride, w: panels, k * PANEL,
-            four: [
-                step!("{w}" "{w}+{t}", "{x}+{u}" "{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{z}" "{x}+4*{s}"),
-                step!(
-                    "{w}+32" "{w}+{t}+32",
-                    "{x}+{u}+4" "{x}+4" "{x}+{s}+4" "{x}+2*{s}+4" "{x}+{z}+4" "{x}+4*{s}+4"
-                ),
-                step!(
-                    "{w}+64" "{w}+{t}+64",
-                    "{x}+{u}+8" "{x}+8" "{x}+{s}+8" "{x}+2*{s}+8" "{x}+{z}+8" "{x}+4*{s}+8"
-                ),
-                step!(
-                    "{w}+96" "{w}+{t}+96",
-                    "{x}+{u}+12" "{x}+12" "{x}+{s}+12" "{x}+2*{s}+12" "{x}+{z}+12" "{x}+4*{s}+12"
-                ),
-                "add {x}, 16",
-                "add {w}, 128"
-            ],
-            one: [
-                step!("{w}" "{w}+{t}", "{x}+{u}" "{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{z}" "{x}+4*{s}"),
-                "add {x}, 4",
-                "add {w}, 32"
-            ],
-            u = in(reg) (4 * x_stride).wrapping_neg(),
-            z = in(reg) 12 * x_stride,
-        );
-    }
-}
-
-/// sums[r][p] += Σ x[i][r] y[i][p] over `rows` steps i, 4 columns of x by 3 vectors of y.
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn outer_4_by_3(
-    sums: &mut [__m256; 12],
-    rows: usize,
-    x: *const f32,
-    x_stride: usize,
-    y: *const f32,
-    y_stride: usize,
-) {
-    // SAFETY: the caller's tile lies inside the slices.
-    unsafe {
-        full_tile!(
-            sums, rows, x: x, x_stride, w: y, y_stride,
-            four: [
-                step!("{w}" "{w}+32" "{w}+64", "{x}" "{x}+4" "{x}+8" "{x}+12"),
-                step!("{w}+{t}" "{w}+{t}+32" "{w}+{t}+64", "{x}+{s}" "{x}+{s}+4" "{x}+{s}+8" "{x}+{s}+12"),
-                "lea {x}, [{x}+2*{s}]",
-                "lea {w}, [{w}+2*{t}]",
-                step!("{w}" "{w}+32" "{w}+64", "{x}" "{x}+4" "{x}+8" "{x}+12"),
-                step!("{w}+{t}" "{w}+{t}+32" "{w}+{t}+64", "{x}+{s}" "{x}+{s}+4" "{x}+{s}+8" "{x}+{s}+12"),
-                "lea {x}, [{x}+2*{s}]",
-                "lea {w}, [{w}+2*{t}]"
-            ],
-            one: [
-                step!("{w}" "{w}+32" "{w}+64", "{x}" "{x}+4" "{x}+8" "{x}+12"),
-                "add {x}, {s}",
-                "add {w}, {t}"
-            ],
-            v2 = out(ymm_reg) _,
-        );
-    }
-}
-
-/// [`outer_4_by_3`] for 6 columns of x by 2 vectors of y.
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn outer_6_by_2(
-    sums: &mut [__m256; 12],
-    rows: usize,
-    x: *const f32,
-    x_stride: usize,
-    y: *const f32,
-    y_stride: usize,
-) {
-    // SAFETY: the caller's tile lies inside the slices.
-    unsafe {
-        full_tile!(
-            sums, rows, x: x, x_stride, w: y, y_stride,
-            four: [
-                step!("{w}" "{w}+32", "{x}" "{x}+4" "{x}+8" "{x}+12" "{x}+16" "{x}+20"),
-                step!(
-                    "{w}+{t}" "{w}+{t}+32",
-                    "{x}+{s}" "{x}+{s}+4" "{x}+{s}+8" "{x}+{s}+12" "{x}+{s}+16" "{x}+{s}+20"
-                ),
-                "lea {x}, [{x}+2*{s}]",
-                "lea {w}, [{w}+2*{t}]",
-                step!("{w}" "{w}+32", "{x}" "{x}+4" "{x}+8" "{x}+12" "{x}+16" "{x}+20"),
-                step!(
-                    "{w}+{t}" "{w}+{t}+32",
-                    "{x}+{s}" "{x}+{s}+4" "{x}+{s}+8" "{x}+{s}+12" "{x}+{s}+16" "{x}+{s}+20"
-                ),
-                "lea {x}, [{x}+2*{s}]",
-                "lea {w}, [{w}+2*{t}]"
-            ],
-            one: [
-                step!("{w}" "{w}+32", "{x}" "{x}+4" "{x}+8" "{x}+12" "{x}+16" "{x}+20"),
-                "add {x}, {s}",
-                "add {w}, {t}"
-            ],
-        );
-    }
+    }};
 }
 
 /// The twelve sums of a full tile, row by row.
@@ -389,8 +244,25 @@ unsafe fn tile<const R: usize, const P: usize, const E: u8>(
             }
         }
         match (R, P) {
-            (4, 3) => matmul_4_by_3(flat(&mut sums), k, x, x_stride, panels),
-            (6, 2) => matmul_6_by_2(flat(&mut sums), k, x, x_stride, panels),
+            (4, 3) => full_tile!(
+                flat(&mut sums), k, x: x, x_stride, w: panels, k * PANEL,
+                vectors: ["{w}" "{w}+{t}" "{w}+2*{t}"],
+                factors: ["{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{u}"],
+                four: { ("" "") ("+32" "+4") ("+64" "+8") ("+96" "+12") then "add {x}, 16" "add {w}, 128"; }
+                one: { ("" "") then "add {x}, 4" "add {w}, 32"; }
+                u = in(reg) 12 * x_stride,
+                v2 = out(ymm_reg) _,
+            ),
+            // Rows are counted from the second.
+            (6, 2) => full_tile!(
+                flat(&mut sums), k, x: x.add(x_stride), x_stride, w: panels, k * PANEL,
+                vectors: ["{w}" "{w}+{t}"],
+                factors: ["{x}+{z}" "{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{u}" "{x}+4*{s}"],
+                four: { ("" "") ("+32" "+4") ("+64" "+8") ("+96" "+12") then "add {x}, 16" "add {w}, 128"; }
+                one: { ("" "") then "add {x}, 4" "add {w}, 32"; }
+                u = in(reg) 12 * x_stride,
+                z = in(reg) (4 * x_stride).wrapping_neg(),
+            ),
             _ => {
                 for index in 0..k {
                     for (r, row) in sums.iter_mut().enumerate() {
@@ -473,8 +345,27 @@ unsafe fn outer_tile<const R: usize, const P: usize>(
         let out = product.panels.as_mut_ptr().add(first * k + index * PANEL);
         let mut sums = [[_mm256_setzero_ps(); P]; R];
         match (R, P) {
-            (4, 3) => outer_4_by_3(flat(&mut sums), rows, x, x_stride, y, y_stride),
-            (6, 2) => outer_6_by_2(flat(&mut sums), rows, x, x_stride, y, y_stride),
+            (4, 3) => full_tile!(
+                flat(&mut sums), rows, x: x, x_stride, w: y, y_stride,
+                vectors: ["{w}" "{w}+32" "{w}+64"],
+                factors: ["{x}" "{x}+4" "{x}+8" "{x}+12"],
+                four: {
+                    ("" "") ("+{t}" "+{s}") then "lea {x}, [{x}+2*{s}]" "lea {w}, [{w}+2*{t}]";
+                    ("" "") ("+{t}" "+{s}") then "lea {x}, [{x}+2*{s}]" "lea {w}, [{w}+2*{t}]";
+                }
+                one: { ("" "") then "add {x}, {s}" "add {w}, {t}"; }
+                v2 = out(ymm_reg) _,
+            ),
+            (6, 2) => full_tile!(
+                flat(&mut sums), rows, x: x, x_stride, w: y, y_stride,
+                vectors: ["{w}" "{w}+32"],
+                factors: ["{x}" "{x}+4" "{x}+8" "{x}+12" "{x}+16" "{x}+20"],
+                four: {
+                    ("" "") ("+{t}" "+{s}") then "lea {x}, [{x}+2*{s}]" "lea {w}, [{w}+2*{t}]";
+                    ("" "") ("+{t}" "+{s}") then "lea {x}, [{x}+2*{s}]" "lea {w}, [{w}+2*{t}]";
+                }
+                one: { ("" "") then "add {x}, {s}" "add {w}, {t}"; }
+            ),
             _ => {
                 for row in 0..rows {
                     for (r, sums) in sums.iter_mut().enumerate() {
