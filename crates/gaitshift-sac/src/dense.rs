@@ -10,16 +10,14 @@
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
+use crate::lanes::LANES;
 use crate::real::{LINE, Real, wide};
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 
-/// Columns of a panel; the columns of a stored matrix are padded to a multiple of it.
-pub const PANEL: usize = 8;
-/// Rows that go through all panels before the next ones do: their part of X stays in the first-level cache beside a
-/// few panels, and the panels stream past in the order they lie in memory.
-const BLOCK: usize = 24;
+/// Columns of a panel, as many as a vector has; the columns of a stored matrix are padded to a multiple of it.
+pub const PANEL: usize = LANES;
 
 /// Columns of a matrix as stored: `columns` rounded up to a multiple of [`PANEL`].
 pub fn padded(columns: usize) -> usize {
@@ -171,28 +169,6 @@ fn detect() -> bool {
 /// before the first network is used.
 pub fn use_portable_kernels() {
     KERNELS.store(PORTABLE, Ordering::Relaxed);
-}
-
-/// Panels of the next strip of tiles when `left` remain: three, because a tile then loads least for its arithmetic, unless
-/// a single panel would be left over, whose tiles load most.
-#[inline(always)]
-fn tile_panels(left: usize) -> usize {
-    match left {
-        4 => 2,
-        _ => left.min(3),
-    }
-}
-
-/// Rows of the next tile of so many panels when `left` remain. Twelve sums are in flight in a full tile; a last one of too
-/// few to fill the pipeline is avoided.
-#[inline(always)]
-fn tile_rows(left: usize, panels: usize) -> usize {
-    match (panels, left) {
-        (3, 5 | 6) => 3,
-        (3, _) => left.min(4),
-        (_, 7 | 8) => 4,
-        _ => left.min(6),
-    }
 }
 
 wide! {

@@ -8,7 +8,33 @@
 use std::arch::asm;
 use std::arch::x86_64::*;
 
-use super::{BLOCK, Epilogue, MatMul, Outer, PANEL, tile_panels, tile_rows};
+use super::{Epilogue, MatMul, Outer, PANEL};
+
+/// Rows that go through all panels before the next ones do: their part of X stays in the first-level cache beside a
+/// few panels, and the panels stream past in the order they lie in memory.
+const BLOCK: usize = 24;
+
+/// Panels of the next strip of tiles when `left` remain: three, because a tile then loads least for its arithmetic, unless
+/// a single panel would be left over, whose tiles load most.
+#[inline(always)]
+fn tile_panels(left: usize) -> usize {
+    match left {
+        4 => 2,
+        _ => left.min(3),
+    }
+}
+
+/// Rows of the next tile of so many panels when `left` remain. Twelve sums are in flight in a full tile; a last one of too
+/// few to fill the pipeline is avoided.
+#[inline(always)]
+fn tile_rows(left: usize, panels: usize) -> usize {
+    match (panels, left) {
+        (3, 5 | 6) => 3,
+        (3, _) => left.min(4),
+        (_, 7 | 8) => 4,
+        _ => left.min(6),
+    }
+}
 
 /// One factor times all vectors, added to its sums.
 macro_rules! factor {
@@ -52,8 +78,8 @@ macro_rules! step {
 
 /// The loop of a full tile over the shared index, four steps between two jumps: sums[r][p] += Σ factors[r] vectors[p].
 /// `{x}` and `{w}` move along the factors and the vectors, `{s}` and `{t}` are distances there in bytes. `four` and `one`
-/// are the steps, by their shifts of vectors and factors, with the instructions that move on. In assembly, because a full tile
-/// needs every register and the compiler, left to itself, spills sums or computes addresses anew; tiles that are
+/// are the steps, by their shifts of vectors and factors, with the instructions that move on. In assembly, because a full
+/// tile needs every register and the compiler, left to itself, spills sums or computes addresses anew; tiles that are
 /// not full are rare enough to be left to it.
 macro_rules! full_tile {
     (
