@@ -5,8 +5,8 @@
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use gaitshift_sac::dense::{self, Epilogue, MatMul, Outer, padded, row_stride};
-use gaitshift_sac::{Buffer, CHUNK};
+use gaitshift_sac::dense::{self, Epilogue, Left, Product, padded, row_stride, weight_stride};
+use gaitshift_sac::{Buffer, CHUNK, Pattern, sparse};
 
 const UNITS: [usize; 4] = [64, 100, 128, 256];
 /// Observation and action of the biped side by side.
@@ -25,71 +25,136 @@ fn numbers(count: usize) -> Buffer<f32> {
     buffer
 }
 
-fn forward(bencher: Bencher<'_, '_>, inputs: usize, x_stride: usize, units: usize) {
-    let (x, weight, bias) = (
-        numbers(CHUNK * x_stride),
-        numbers(inputs * padded(units)),
-        numbers(padded(units)),
-    );
+/// The same with so many of a hundred left as they are and the others zero.
+fn thinned(count: usize, kept: usize) -> Buffer<f32> {
+    let mut buffer = numbers(count);
+    for (index, value) in buffer.iter_mut().enumerate() {
+        if index * 7919 % 1009 * 100 >= kept * 1009 {
+            *value = 0.0;
+        }
+    }
+    buffer
+}
+
+/// Items are multiplications and additions, those with zeros included.
+fn operations(rows: usize, shared: usize, columns: usize) -> ItemsCount {
+    ItemsCount::new(2 * rows * shared * columns)
+}
+
+/// One chunk forward through a layer; without its zeros where `kept` of a hundred inputs are not.
+fn forward(
+    bencher: Bencher<'_, '_>,
+    inputs: usize,
+    x_stride: usize,
+    units: usize,
+    kept: Option<usize>,
+) {
+    let x = thinned(CHUNK * x_stride, kept.unwrap_or(100));
+    let weight = numbers(inputs * weight_stride(units));
+    let bias = numbers(padded(units));
     let stride = row_stride(units);
     let mut y = numbers(CHUNK * stride);
+    let mut pattern = Pattern::new(CHUNK, inputs);
     bencher
-        .counter(ItemsCount::new(2 * CHUNK * inputs * units))
+        .counter(operations(CHUNK, inputs, units))
         .bench_local(|| {
-            dense::matmul(MatMul {
+            let product = Product {
                 rows: CHUNK,
-                k: inputs,
-                x: black_box(&x),
-                x_stride,
-                panels: black_box(&weight),
+                shared: inputs,
                 columns: padded(units),
-                y: &mut y,
-                y_stride: stride,
+                a: Left::rows(black_box(&x), x_stride),
+                b: black_box(&weight),
+                b_stride: weight_stride(units),
+                c: &mut y,
+                c_stride: stride,
                 epilogue: Epilogue::BiasRelu(&bias),
-            });
+            };
+            if kept.is_some() {
+                pattern.read(CHUNK, inputs, black_box(&x), x_stride);
+                sparse::multiply(product, &pattern);
+            } else {
+                dense::multiply(product);
+            }
         });
 }
 
-fn weight_gradient(bencher: Bencher<'_, '_>, inputs: usize, x_stride: usize, units: usize) {
+/// The gradient of a layer's weights; without its zeros where `kept` of a hundred inputs are not.
+fn weight_gradient(
+    bencher: Bencher<'_, '_>,
+    inputs: usize,
+    x_stride: usize,
+    units: usize,
+    kept: Option<usize>,
+) {
     let stride = row_stride(units);
-    let (x, delta) = (numbers(CHUNK * x_stride), numbers(CHUNK * stride));
-    let mut gradient = numbers(inputs * padded(units));
+    let (x, delta) = (
+        thinned(CHUNK * x_stride, kept.unwrap_or(100)),
+        numbers(CHUNK * stride),
+    );
+    let mut gradient = numbers(inputs * weight_stride(units));
+    let (mut stored, mut turned) = (Pattern::new(CHUNK, inputs), Pattern::new(CHUNK, inputs));
+    stored.read(CHUNK, inputs, &x, x_stride);
     bencher
-        .counter(ItemsCount::new(2 * CHUNK * inputs * units))
+        .counter(operations(CHUNK, inputs, units))
         .bench_local(|| {
-            dense::outer(Outer {
-                rows: CHUNK,
-                k: inputs,
-                x: black_box(&x),
-                x_stride,
+            let product = Product {
+                rows: inputs,
+                shared: CHUNK,
                 columns: padded(units),
-                y: black_box(&delta),
-                y_stride: stride,
-                panels: &mut gradient,
-            });
+                a: Left::transposed(black_box(&x), x_stride),
+                b: black_box(&delta),
+                b_stride: stride,
+                c: &mut gradient,
+                c_stride: weight_stride(units),
+                epilogue: Epilogue::None,
+            };
+            if kept.is_some() {
+                turned.transpose(black_box(&stored));
+                sparse::multiply(product, &turned);
+            } else {
+                dense::multiply(product);
+            }
         });
 }
 
 /// First hidden layer.
 #[divan::bench(args = UNITS)]
 fn first_layer(bencher: Bencher<'_, '_>, units: usize) {
-    forward(bencher, INPUTS, INPUTS, units);
+    forward(bencher, INPUTS, INPUTS, units, None);
 }
 
-/// Second hidden layer.
+/// Second hidden layer, every input counted.
 #[divan::bench(args = UNITS)]
 fn second_layer(bencher: Bencher<'_, '_>, units: usize) {
-    forward(bencher, units, row_stride(units), units);
+    forward(bencher, units, row_stride(units), units, None);
+}
+
+/// Second hidden layer, half of its inputs zero.
+#[divan::bench(args = UNITS)]
+fn second_layer_half_zero(bencher: Bencher<'_, '_>, units: usize) {
+    forward(bencher, units, row_stride(units), units, Some(50));
+}
+
+/// Second hidden layer of 128 units, by the share of its inputs that are not zero, in percent.
+#[divan::bench(args = [20, 30, 40, 50, 60, 70, 75, 80, 90])]
+fn second_layer_by_share(bencher: Bencher<'_, '_>, kept: usize) {
+    forward(bencher, 128, row_stride(128), 128, Some(kept));
 }
 
 /// Gradient of the first hidden layer's weights.
 #[divan::bench(args = UNITS)]
 fn first_weight_gradient(bencher: Bencher<'_, '_>, units: usize) {
-    weight_gradient(bencher, INPUTS, INPUTS, units);
+    weight_gradient(bencher, INPUTS, INPUTS, units, None);
 }
 
-/// Gradient of the second hidden layer's weights.
+/// Gradient of the second hidden layer's weights, every input counted.
 #[divan::bench(args = UNITS)]
 fn second_weight_gradient(bencher: Bencher<'_, '_>, units: usize) {
-    weight_gradient(bencher, units, row_stride(units), units);
+    weight_gradient(bencher, units, row_stride(units), units, None);
+}
+
+/// Gradient of the second hidden layer's weights, half of its inputs zero.
+#[divan::bench(args = UNITS)]
+fn second_weight_gradient_half_zero(bencher: Bencher<'_, '_>, units: usize) {
+    weight_gradient(bencher, units, row_stride(units), units, Some(50));
 }

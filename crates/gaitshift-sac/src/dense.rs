@@ -1,12 +1,12 @@
 //! Matrix products of the small dense layers, the nine tenths of an update.
 //!
-//! Weights live in *panels*: a matrix of `k` rows and `n` columns (`n` a multiple of 8) is cut into
-//! panels of 8 columns, and each is stored row after row. A register tile of a few rows by up to three panels
-//! then reads its weights as contiguous streams, and no packing is ever needed because the optimiser, which works
-//! element by element, does not care about the layout.
+//! Matrices are stored row by row, columns padded to a multiple of 8. No packing is ever needed: the rows of a weight
+//! matrix are [`weight_stride`] apart, so that the strips of columns that the kernels walk along stay in the cache, and
+//! the optimiser, which works element by element, does not care.
 //!
 //! Every output element is one sum in the order of the shared index, whatever the tile it falls in, so the
-//! result for a row does not depend on how many rows are computed with it.
+//! result for a row does not depend on how many rows are computed with it. [`crate::sparse`] leaves out the terms of that
+//! sum that are zero.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -16,12 +16,9 @@ use crate::real::{LINE, Real, wide};
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 
-/// Columns of a panel, as many as a vector has; the columns of a stored matrix are padded to a multiple of it.
-pub const PANEL: usize = LANES;
-
-/// Columns of a matrix as stored: `columns` rounded up to a multiple of [`PANEL`].
+/// Columns of a matrix as stored: `columns` rounded up to a multiple of [`LANES`].
 pub fn padded(columns: usize) -> usize {
-    columns.next_multiple_of(PANEL)
+    columns.next_multiple_of(LANES)
 }
 
 /// Distance between rows of an activation matrix of `columns` columns: an odd number of cache lines, so that
@@ -30,60 +27,96 @@ pub fn row_stride(columns: usize) -> usize {
     (columns.div_ceil(LINE) | 1) * LINE
 }
 
-/// Index of element (`row`, `column`) in a panelled matrix of `rows` rows.
-#[inline(always)]
-pub fn panel_index(rows: usize, row: usize, column: usize) -> usize {
-    (column / PANEL * rows + row) * PANEL + column % PANEL
+/// Distance between rows of a weight matrix of `columns` columns: an odd number of vectors, for the same reason. Half a
+/// line more or less, because the optimiser passes over the gap too.
+pub fn weight_stride(columns: usize) -> usize {
+    (columns.div_ceil(LANES) | 1) * LANES
 }
 
-/// What becomes of a tile of sums before it is stored.
+/// What the sums of a row start from, and what becomes of them before they are stored.
 #[derive(Clone, Copy, Debug)]
 pub enum Epilogue<'a, T> {
-    /// Stored as it is.
+    /// From 0, stored as they are.
     None,
-    /// The sum starts at the bias of its column.
+    /// From the biases of their columns.
     Bias(&'a [T]),
-    /// The sum starts at the bias of its column; negative results become 0.
+    /// From the biases of their columns; negative results become 0.
     BiasRelu(&'a [T]),
-    /// The result becomes 0 where the matrix (same rows, given row stride) is not positive: the
+    /// From 0; the result becomes 0 where the matrix (same rows, given row stride) is not positive: the
     /// derivative of the rectifier.
     Mask(&'a [T], usize),
 }
 
-/// Y = X P: `rows` × `k` times `k` × `columns`.
+/// The left matrix of a product, read along its rows or, transposed, along its columns.
+#[derive(Clone, Copy, Debug)]
+pub struct Left<'a, T> {
+    pub(crate) values: &'a [T],
+    /// Distance between its rows.
+    pub(crate) row: usize,
+    /// Distance between the elements of a row.
+    pub(crate) step: usize,
+}
+
+impl<'a, T> Left<'a, T> {
+    /// X, row-major with rows `stride` apart.
+    pub fn rows(x: &'a [T], stride: usize) -> Self {
+        Self {
+            values: x,
+            row: stride,
+            step: 1,
+        }
+    }
+
+    /// Xᵀ of X, row-major with rows `stride` apart.
+    pub fn transposed(x: &'a [T], stride: usize) -> Self {
+        Self {
+            values: x,
+            row: 1,
+            step: stride,
+        }
+    }
+}
+
+/// C = A B: `rows` × `shared` times `shared` × `columns`.
 #[derive(Debug)]
-pub struct MatMul<'a, T> {
-    /// Rows of X and Y.
+pub struct Product<'a, T> {
+    /// Rows of A and C.
     pub rows: usize,
-    /// Columns of X, rows of P.
-    pub k: usize,
-    /// X, row-major.
-    pub x: &'a [T],
-    /// Distance between rows of X.
-    pub x_stride: usize,
-    /// P in panels.
-    pub panels: &'a [T],
-    /// Columns of P and Y, a multiple of [`PANEL`].
+    /// Columns of A, rows of B: the index that is summed over.
+    pub shared: usize,
+    /// Columns of B and C, a multiple of [`LANES`].
     pub columns: usize,
-    /// Y, row-major.
-    pub y: &'a mut [T],
-    /// Distance between rows of Y.
-    pub y_stride: usize,
-    /// What becomes of the sums.
+    /// A.
+    pub a: Left<'a, T>,
+    /// B, row-major.
+    pub b: &'a [T],
+    /// Distance between rows of B.
+    pub b_stride: usize,
+    /// C, row-major; what lies between its rows is left alone.
+    pub c: &'a mut [T],
+    /// Distance between rows of C.
+    pub c_stride: usize,
+    /// Start and end of the sums.
     pub epilogue: Epilogue<'a, T>,
 }
 
-impl<T> MatMul<'_, T> {
+impl<T> Product<'_, T> {
     /// Every index the kernels form lies inside the slices.
-    fn check(&self) {
+    pub(crate) fn check(&self) {
         let Self {
-            rows, k, columns, ..
+            rows,
+            shared,
+            columns,
+            ..
         } = *self;
-        assert!(columns % PANEL == 0 && self.panels.len() >= k * columns);
-        assert!(self.x_stride >= k && self.y_stride >= columns);
+        assert!(columns % LANES == 0 && self.b_stride >= columns && self.c_stride >= columns);
         if rows > 0 {
-            assert!(self.x.len() >= (rows - 1) * self.x_stride + k);
-            assert!(self.y.len() >= (rows - 1) * self.y_stride + columns);
+            if shared > 0 {
+                let last = (rows - 1) * self.a.row + (shared - 1) * self.a.step;
+                assert!(self.a.values.len() > last);
+                assert!(self.b.len() >= (shared - 1) * self.b_stride + columns);
+            }
+            assert!(self.c.len() >= (rows - 1) * self.c_stride + columns);
             match self.epilogue {
                 Epilogue::None => {}
                 Epilogue::Bias(bias) | Epilogue::BiasRelu(bias) => assert!(bias.len() >= columns),
@@ -95,49 +128,9 @@ impl<T> MatMul<'_, T> {
     }
 }
 
-/// P = Xᵀ Y: the gradient of weights, `k` × `columns` in panels, summed over `rows`.
-#[derive(Debug)]
-pub struct Outer<'a, T> {
-    /// Rows of X and Y, the summed index.
-    pub rows: usize,
-    /// Columns of X, rows of P.
-    pub k: usize,
-    /// X, row-major.
-    pub x: &'a [T],
-    /// Distance between rows of X.
-    pub x_stride: usize,
-    /// Columns of Y and P, a multiple of [`PANEL`].
-    pub columns: usize,
-    /// Y, row-major.
-    pub y: &'a [T],
-    /// Distance between rows of Y.
-    pub y_stride: usize,
-    /// P in panels, overwritten.
-    pub panels: &'a mut [T],
-}
-
-impl<T> Outer<'_, T> {
-    fn check(&self) {
-        let Self {
-            rows, k, columns, ..
-        } = *self;
-        assert!(columns % PANEL == 0 && self.panels.len() >= k * columns);
-        assert!(self.x_stride >= k && self.y_stride >= columns);
-        if rows > 0 {
-            assert!(self.x.len() >= (rows - 1) * self.x_stride + k);
-            assert!(self.y.len() >= (rows - 1) * self.y_stride + columns);
-        }
-    }
-}
-
-/// Y = X P with the fastest kernel of this processor.
-pub fn matmul<T: Real>(product: MatMul<'_, T>) {
-    T::matmul(product);
-}
-
-/// P = Xᵀ Y with the fastest kernel of this processor.
-pub fn outer<T: Real>(product: Outer<'_, T>) {
-    T::outer(product);
+/// C = A B with the fastest kernel of this processor.
+pub fn multiply<T: Real>(product: Product<'_, T>) {
+    T::multiply(product);
 }
 
 /// What is known about the processor.
@@ -172,30 +165,30 @@ pub fn use_portable_kernels() {
 }
 
 wide! {
-    /// [`matmul`] in plain Rust for any processor and scalar.
-    pub fn matmul_portable<T, V>(product: MatMul<'_, T>) {
+    /// [`multiply`] in plain Rust for any processor and scalar.
+    pub fn multiply_portable<T, V>(product: Product<'_, T>) {
         product.check();
-        let MatMul { rows, k, x, x_stride, panels, columns, y, y_stride, epilogue } = product;
-        for first in (0..columns).step_by(PANEL) {
-            let panel = &panels[first * k..][..k * PANEL];
-            let tile = |row: usize, count: usize, y: &mut [T]| {
-                let mut sums = [[T::ZERO; PANEL]; 4];
+        let Product { rows, shared, columns, a, b, b_stride, c, c_stride, epilogue } = product;
+        for first in (0..columns).step_by(LANES) {
+            let tile = |row: usize, count: usize, c: &mut [T]| {
+                let mut sums = [[T::ZERO; LANES]; 4];
                 if let Epilogue::Bias(bias) | Epilogue::BiasRelu(bias) = epilogue {
                     for sums in &mut sums[..count] {
-                        sums.copy_from_slice(&bias[first..first + PANEL]);
+                        sums.copy_from_slice(&bias[first..first + LANES]);
                     }
                 }
-                for (index, weights) in panel.chunks_exact(PANEL).enumerate() {
+                for index in 0..shared {
+                    let vector = &b[index * b_stride + first..][..LANES];
                     for (r, sums) in sums[..count].iter_mut().enumerate() {
-                        let factor = x[(row + r) * x_stride + index];
-                        for (sum, &weight) in sums.iter_mut().zip(weights) {
-                            *sum += factor * weight;
+                        let factor = a.values[(row + r) * a.row + index * a.step];
+                        for (sum, &value) in sums.iter_mut().zip(vector) {
+                            *sum += factor * value;
                         }
                     }
                 }
                 for (r, sums) in sums[..count].iter().enumerate() {
                     let row = row + r;
-                    let out = &mut y[row * y_stride + first..][..PANEL];
+                    let out = &mut c[row * c_stride + first..][..LANES];
                     out.copy_from_slice(sums);
                     match epilogue {
                         Epilogue::BiasRelu(_) => {
@@ -216,52 +209,20 @@ wide! {
             let mut row = 0;
             while row < rows {
                 let count = (rows - row).min(4);
-                tile(row, count, y);
+                tile(row, count, c);
                 row += count;
             }
         }
     }
 }
 
-wide! {
-    /// [`outer`] in plain Rust for any processor and scalar.
-    pub fn outer_portable<T, V>(product: Outer<'_, T>) {
-        product.check();
-        let Outer { rows, k, x, x_stride, columns, y, y_stride, panels } = product;
-        for first in (0..columns).step_by(PANEL) {
-            let panel = &mut panels[first * k..][..k * PANEL];
-            for (index, out) in panel.chunks_exact_mut(PANEL).enumerate() {
-                let mut sums = [T::ZERO; PANEL];
-                for row in 0..rows {
-                    let factor = x[row * x_stride + index];
-                    for (sum, &value) in sums.iter_mut().zip(&y[row * y_stride + first..][..PANEL]) {
-                        *sum += factor * value;
-                    }
-                }
-                out.copy_from_slice(&sums);
-            }
-        }
-    }
-}
-
-pub(crate) fn matmul_f32(product: MatMul<'_, f32>) {
+pub(crate) fn multiply_f32(product: Product<'_, f32>) {
     #[cfg(target_arch = "x86_64")]
     if has_avx2_fma() {
         product.check();
         // SAFETY: the processor has AVX2 and FMA, and `check` holds.
-        unsafe { avx2::matmul(product) };
+        unsafe { avx2::multiply(product) };
         return;
     }
-    matmul_portable(product);
-}
-
-pub(crate) fn outer_f32(product: Outer<'_, f32>) {
-    #[cfg(target_arch = "x86_64")]
-    if has_avx2_fma() {
-        product.check();
-        // SAFETY: the processor has AVX2 and FMA, and `check` holds.
-        unsafe { avx2::outer(product) };
-        return;
-    }
-    outer_portable(product);
+    multiply_portable(product);
 }

@@ -26,6 +26,8 @@ pub trait Lanes<T>: Copy {
     fn rectify(self) -> Self;
     /// `self` where `condition` is positive, else 0.
     fn where_positive(self, condition: Self) -> Self;
+    /// A bit for each lane that is not 0, the lowest for the first lane; NaN is not 0.
+    fn not_zero(self) -> u8;
     /// Sum of all eight.
     fn sum(self) -> T;
     /// Rows of a square to its columns.
@@ -88,6 +90,12 @@ impl<T: Real> Lanes<T> for Portable<T> {
             condition,
             |value, condition| if condition > T::ZERO { value } else { T::ZERO },
         )
+    }
+    #[inline(always)]
+    fn not_zero(self) -> u8 {
+        (0..LANES).fold(0, |bits, lane| {
+            bits | u8::from(self.0[lane] != T::ZERO) << lane
+        })
     }
     #[inline(always)]
     fn sum(self) -> T {
@@ -154,6 +162,13 @@ mod avx {
             unsafe {
                 let mask = _mm256_cmp_ps::<_CMP_GT_OQ>(condition.0, _mm256_setzero_ps());
                 Self(_mm256_and_ps(self.0, mask))
+            }
+        }
+        #[inline(always)]
+        fn not_zero(self) -> u8 {
+            unsafe {
+                let different = _mm256_cmp_ps::<_CMP_NEQ_UQ>(self.0, _mm256_setzero_ps());
+                _mm256_movemask_ps(different) as u8
             }
         }
         #[inline(always)]

@@ -42,9 +42,9 @@ pub struct Trained<T> {
 }
 
 impl<T: Real> Trained<T> {
-    fn new(network: Mlp<T>, tail: usize) -> Self {
+    fn new(network: Mlp<T>) -> Self {
         Self {
-            transposed: network.transposed(tail),
+            transposed: network.transposed(),
             gradient: network.zeros_like(),
             first_moment: network.zeros_like(),
             second_moment: network.zeros_like(),
@@ -236,11 +236,10 @@ impl<T: Real> Learner<T> {
             outputs: 1,
             layer_norm: config.critic_layer_norm,
         };
-        let critics =
-            [0, 1].map(|_| Trained::new(Mlp::random(critic_shape.clone(), rng), action_size));
+        let critics = [0, 1].map(|_| Trained::new(Mlp::random(critic_shape.clone(), rng)));
         let targets = [critics[0].network.clone(), critics[1].network.clone()];
         let average = (config.actor_average_decay > 0.0).then(|| actor.clone());
-        let actor = Trained::new(actor, 0);
+        let actor = Trained::new(actor);
         let alpha = match config.temperature {
             Temperature::Fixed { alpha } => alpha,
             Temperature::Auto { initial, .. } => initial,
@@ -1005,6 +1004,7 @@ impl<T: Real> Scratch<T> {
             critic.network.input_gradient(
                 &critic.transposed,
                 &self.selected[index],
+                action_size,
                 &self.critics[index],
                 &mut self.critic_deltas,
                 &mut self.d_action,

@@ -54,7 +54,8 @@
 //! logarithm in rare draws of the normal distribution.
 //!
 //! # How it is fast
-//! Weights stay in the layout of the kernels ([`dense`]); a batch is worked on in chunks of [`CHUNK`] rows that stay in a
+//! Weights stay in the layout of the kernels ([`dense`]); what a rectifier made zero is left out of the products behind it
+//! ([`sparse`]); a batch is worked on in chunks of [`CHUNK`] rows that stay in a
 //! core's cache from observation to gradient; derivatives that nobody needs are not computed (of the critics in the
 //! actor's step, only the smaller one's derivative in the actions); nothing is allocated after the start.
 
@@ -74,6 +75,7 @@ mod random;
 mod real;
 mod rehearsal;
 mod replay;
+pub mod sparse;
 mod workers;
 
 pub use agent::Agent;
@@ -87,4 +89,5 @@ pub use random::streams;
 pub use real::{Buffer, LINE, Real};
 pub use rehearsal::{Rehearsal, Rehearsed};
 pub use replay::{Batch, ReplayBuffer, Sampling, Transitions};
+pub use sparse::Pattern;
 pub use workers::Workers;

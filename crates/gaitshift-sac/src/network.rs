@@ -1,16 +1,17 @@
 //! Multi-layer perceptrons with hand-written derivatives: hidden layers `[linear, layer norm?, ReLU]`, then a
 //! linear output.
 //!
-//! All parameters of a network are one flat buffer, hidden weights in panels (see [`crate::dense`]), the
-//! output layer row by row. [`Mlp::tensors`] and [`Mlp::load_tensors`] translate from and to the layout
+//! All parameters of a network are one flat buffer; hidden weights lie in the order inputs × units (see [`crate::dense`]),
+//! the output layer's in the order outputs × units. [`Mlp::tensors`] and [`Mlp::load_tensors`] translate from and to the layout
 //! and names of PyTorch (`weight` is outputs × inputs).
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::dense::{self, Epilogue, MatMul, Outer, PANEL, padded, panel_index, row_stride};
+use crate::dense::{self, Epilogue, Left, Product, padded, row_stride, weight_stride};
 use crate::lanes::{LANES, Lanes};
 use crate::random::uniform;
 use crate::real::{Buffer, LINE, Real, wide};
+use crate::sparse::{self, Pattern};
 
 /// Added to the variance in layer normalisation, as in PyTorch.
 pub const LAYER_NORM_EPSILON: f64 = 1e-5;
@@ -39,6 +40,8 @@ struct Hidden {
     /// Distance between rows of its activations.
     stride: usize,
     weight: usize,
+    /// Distance between the weights of one input and the next.
+    weight_stride: usize,
     bias: usize,
     gain: usize,
     shift: usize,
@@ -46,7 +49,7 @@ struct Hidden {
 
 impl Hidden {
     fn weight_range(&self) -> std::ops::Range<usize> {
-        self.weight..self.weight + self.inputs * self.padded
+        self.weight..self.weight + self.inputs * self.weight_stride
     }
 }
 
@@ -78,7 +81,8 @@ impl Layout {
                     units,
                     padded,
                     stride: row_stride(units),
-                    weight: reserve(inputs * padded),
+                    weight: reserve(inputs * weight_stride(units)),
+                    weight_stride: weight_stride(units),
                     bias: reserve(padded),
                     gain: if shape.layer_norm { reserve(padded) } else { 0 },
                     shift: if shape.layer_norm { reserve(padded) } else { 0 },
@@ -123,6 +127,8 @@ pub struct Mlp<T> {
 #[derive(Clone, Debug)]
 pub struct Activations<T> {
     layers: Vec<LayerActivations<T>>,
+    /// Which values are not 0, of each layer but the last.
+    patterns: Vec<Pattern>,
     /// Outputs, rows × outputs.
     pub out: Vec<T>,
 }
@@ -142,16 +148,14 @@ struct LayerActivations<T> {
 pub struct Deltas<T> {
     front: Buffer<T>,
     back: Buffer<T>,
+    pattern: Pattern,
 }
 
 /// Copies of the weights in the order in which the backward pass reads them.
 #[derive(Clone, Debug)]
 pub struct Transposed<T> {
-    /// For each hidden layer but the first: the transposed weights in panels.
+    /// For each hidden layer but the first: the weights in the order units × inputs.
     weights: Vec<Buffer<T>>,
-    /// Weights of the last `tail` inputs of the first layer, one row for each.
-    tail_rows: Buffer<T>,
-    tail: usize,
 }
 
 impl<T: Real> Mlp<T> {
@@ -204,7 +208,7 @@ impl<T: Real> Mlp<T> {
             let weight = (0..layer.units)
                 .flat_map(|unit| {
                     (0..layer.inputs)
-                        .map(move |input| layer.weight + panel_index(layer.inputs, input, unit))
+                        .map(move |input| layer.weight + input * layer.weight_stride + unit)
                 })
                 .collect();
             places.push((
@@ -314,9 +318,8 @@ impl<T: Real> Mlp<T> {
 
     /// Scratch of the forward pass for up to `rows` rows.
     pub fn activations(&self, rows: usize) -> Activations<T> {
-        let layers = self
-            .layout
-            .hidden
+        let hidden = &self.layout.hidden;
+        let layers = hidden
             .iter()
             .map(|layer| LayerActivations {
                 value: Buffer::zeros(rows * layer.stride),
@@ -330,36 +333,31 @@ impl<T: Real> Mlp<T> {
             .collect();
         Activations {
             layers,
+            patterns: hidden[1..]
+                .iter()
+                .map(|layer| Pattern::new(rows, layer.inputs))
+                .collect(),
             out: vec![T::ZERO; rows * self.shape.outputs],
         }
     }
 
     /// Scratch of the backward pass for up to `rows` rows.
     pub fn deltas(&self, rows: usize) -> Deltas<T> {
-        let stride = self
-            .layout
-            .hidden
-            .iter()
-            .map(|layer| layer.stride)
-            .max()
-            .unwrap_or(0);
+        let most = self.shape.hidden.iter().copied().max().unwrap_or(0);
         Deltas {
-            front: Buffer::zeros(rows * stride),
-            back: Buffer::zeros(rows * stride),
+            front: Buffer::zeros(rows * row_stride(most)),
+            back: Buffer::zeros(rows * row_stride(most)),
+            pattern: Pattern::new(rows, most),
         }
     }
 
-    /// Empty transposed copies; `tail` is the number of last inputs whose derivative
-    /// [`Mlp::input_gradient`] will give.
-    pub fn transposed(&self, tail: usize) -> Transposed<T> {
-        let hidden = &self.layout.hidden;
+    /// Transposed copies of the weights.
+    pub fn transposed(&self) -> Transposed<T> {
         let mut transposed = Transposed {
-            weights: hidden[1..]
+            weights: self.layout.hidden[1..]
                 .iter()
-                .map(|layer| Buffer::zeros(padded(layer.inputs) * layer.units))
+                .map(|layer| Buffer::zeros(layer.units * weight_stride(layer.inputs)))
                 .collect(),
-            tail_rows: Buffer::zeros(tail * hidden[0].padded),
-            tail,
         };
         self.refresh(&mut transposed);
         transposed
@@ -369,49 +367,46 @@ impl<T: Real> Mlp<T> {
     pub fn refresh(&self, transposed: &mut Transposed<T>) {
         for (layer, out) in self.layout.hidden[1..].iter().zip(&mut transposed.weights) {
             transpose(
-                &self.parameters[layer.weight_range()],
                 layer.inputs,
                 layer.units,
+                &self.parameters[layer.weight_range()],
+                layer.weight_stride,
                 out,
+                weight_stride(layer.inputs),
             );
-        }
-        let first = &self.layout.hidden[0];
-        let weight = &self.parameters[first.weight_range()];
-        for (row, out) in transposed
-            .tail_rows
-            .chunks_exact_mut(first.padded)
-            .enumerate()
-        {
-            let input = first.inputs - transposed.tail + row;
-            for (column, out) in out.chunks_exact_mut(PANEL).enumerate() {
-                let start = panel_index(first.inputs, input, column * PANEL);
-                out.copy_from_slice(&weight[start..start + PANEL]);
-            }
         }
     }
 
     /// Outputs for `rows` rows of `x` (row stride `x_stride`), left in `activations.out` together with what
     /// the backward pass needs.
     pub fn forward(&self, rows: usize, x: &[T], x_stride: usize, activations: &mut Activations<T>) {
+        let Activations {
+            layers,
+            patterns,
+            out,
+        } = activations;
         let (mut x, mut x_stride) = (x, x_stride);
-        for (layer, scratch) in self.layout.hidden.iter().zip(&mut activations.layers) {
+        for (index, (layer, scratch)) in self.layout.hidden.iter().zip(layers).enumerate() {
             let bias = &self.parameters[layer.bias..][..layer.padded];
-            let epilogue = if self.shape.layer_norm {
-                Epilogue::Bias(bias)
-            } else {
-                Epilogue::BiasRelu(bias)
-            };
-            dense::matmul(MatMul {
+            let product = Product {
                 rows,
-                k: layer.inputs,
-                x,
-                x_stride,
-                panels: &self.parameters[layer.weight_range()],
+                shared: layer.inputs,
                 columns: layer.padded,
-                y: &mut scratch.value,
-                y_stride: layer.stride,
-                epilogue,
-            });
+                a: Left::rows(x, x_stride),
+                b: &self.parameters[layer.weight_range()],
+                b_stride: layer.weight_stride,
+                c: &mut scratch.value,
+                c_stride: layer.stride,
+                epilogue: if self.shape.layer_norm {
+                    Epilogue::Bias(bias)
+                } else {
+                    Epilogue::BiasRelu(bias)
+                },
+            };
+            match index.checked_sub(1) {
+                Some(below) => sparse::multiply(product, &patterns[below]),
+                None => dense::multiply(product),
+            }
             if self.shape.layer_norm {
                 normalise(
                     rows,
@@ -427,6 +422,9 @@ impl<T: Real> Mlp<T> {
                 );
             }
             (x, x_stride) = (&scratch.value, layer.stride);
+            if let Some(pattern) = patterns.get_mut(index) {
+                pattern.read(rows, layer.units, x, x_stride);
+            }
         }
         let last = &self.layout.hidden[self.layout.hidden.len() - 1];
         project(
@@ -436,7 +434,7 @@ impl<T: Real> Mlp<T> {
             x_stride,
             &self.parameters[self.layout.weight..][..self.shape.outputs * last.padded],
             &self.parameters[self.layout.bias..][..self.shape.outputs],
-            &mut activations.out,
+            out,
         );
     }
 
@@ -505,49 +503,76 @@ impl<T: Real> Mlp<T> {
                     &mut gradient[layer.bias..][..layer.padded],
                 );
             }
-            let (x, x_stride) = if index == 0 {
-                (x, x_stride)
-            } else {
-                (
-                    &activations.layers[index - 1].value[..],
-                    hidden[index - 1].stride,
-                )
-            };
-            dense::outer(Outer {
-                rows,
-                k: layer.inputs,
-                x,
-                x_stride,
-                columns: layer.padded,
-                y: &deltas.front,
-                y_stride: layer.stride,
-                panels: &mut gradient[layer.weight_range()],
+            let below = index.checked_sub(1).map(|below| {
+                let values = &activations.layers[below].value[..];
+                (values, hidden[below].stride, &activations.patterns[below])
             });
-            if index > 0 {
-                let below = &hidden[index - 1];
-                dense::matmul(MatMul {
-                    rows,
-                    k: layer.units,
-                    x: &deltas.front,
-                    x_stride: layer.stride,
-                    panels: &transposed.weights[index - 1],
-                    columns: below.padded,
-                    y: &mut deltas.back,
-                    y_stride: below.stride,
-                    epilogue: Epilogue::Mask(&activations.layers[index - 1].value, below.stride),
-                });
-                std::mem::swap(&mut deltas.front, &mut deltas.back);
+            let (x, x_stride) = below.map_or((x, x_stride), |(x, stride, _)| (x, stride));
+            let product = Product {
+                rows: layer.inputs,
+                shared: rows,
+                columns: layer.padded,
+                a: Left::transposed(x, x_stride),
+                b: &deltas.front,
+                b_stride: layer.stride,
+                c: &mut gradient[layer.weight_range()],
+                c_stride: layer.weight_stride,
+                epilogue: Epilogue::None,
+            };
+            match below {
+                Some((x, x_stride, pattern)) => {
+                    deltas.pattern.transpose(pattern);
+                    sparse::multiply(product, &deltas.pattern);
+                    let mask = Epilogue::Mask(x, x_stride);
+                    self.layer_back(index, rows, &transposed.weights[index - 1], mask, deltas);
+                }
+                None => dense::multiply(product),
             }
         }
     }
 
-    /// Derivative of the single output in the last inputs (as many as `transposed` keeps), for the rows
+    /// The derivative in a hidden layer's inputs, from that in the layer before its ReLU and normalisation; both are at the
+    /// front of `deltas`.
+    fn layer_back(
+        &self,
+        index: usize,
+        rows: usize,
+        transposed: &[T],
+        epilogue: Epilogue<'_, T>,
+        deltas: &mut Deltas<T>,
+    ) {
+        let (layer, below) = (&self.layout.hidden[index], &self.layout.hidden[index - 1]);
+        let product = Product {
+            rows,
+            shared: layer.units,
+            columns: below.padded,
+            a: Left::rows(&deltas.front, layer.stride),
+            b: transposed,
+            b_stride: weight_stride(layer.inputs),
+            c: &mut deltas.back,
+            c_stride: below.stride,
+            epilogue,
+        };
+        if self.shape.layer_norm {
+            // The normalisation has mixed all units.
+            dense::multiply(product);
+        } else {
+            deltas
+                .pattern
+                .read(rows, layer.units, &deltas.front, layer.stride);
+            sparse::multiply(product, &deltas.pattern);
+        }
+        std::mem::swap(&mut deltas.front, &mut deltas.back);
+    }
+
+    /// Derivative of the single output in the last `tail` inputs, for the rows
     /// listed in `selected`, at the point of the last forward pass; written to the same rows of `d_tail`
     /// (rows × tail).
     pub fn input_gradient(
         &self,
         transposed: &Transposed<T>,
         selected: &[usize],
+        tail: usize,
         activations: &Activations<T>,
         deltas: &mut Deltas<T>,
         d_tail: &mut [T],
@@ -592,48 +617,46 @@ impl<T: Real> Mlp<T> {
                 );
             }
             if index > 0 {
-                let below = &hidden[index - 1];
-                dense::matmul(MatMul {
-                    rows,
-                    k: layer.units,
-                    x: &deltas.front,
-                    x_stride: layer.stride,
-                    panels: &transposed.weights[index - 1],
-                    columns: below.padded,
-                    y: &mut deltas.back,
-                    y_stride: below.stride,
-                    epilogue: Epilogue::None,
-                });
-                std::mem::swap(&mut deltas.front, &mut deltas.back);
+                let transposed = &transposed.weights[index - 1];
+                self.layer_back(index, rows, transposed, Epilogue::None, deltas);
             }
         }
+        let first = &hidden[0];
+        let before = (first.inputs - tail) * first.weight_stride;
         tail_gradient(
             selected,
-            hidden[0].padded,
-            hidden[0].stride,
-            transposed.tail,
+            first.padded,
+            first.stride,
+            tail,
             &deltas.front,
-            &transposed.tail_rows,
+            &self.parameters[first.weight_range()][before..],
+            first.weight_stride,
             d_tail,
         );
     }
 }
 
 wide! {
-    /// Panelled `weight` (`inputs` × `units`) into panels of its transpose (`units` × padded `inputs`).
-    fn transpose<T, V>(weight: &[T], inputs: usize, units: usize, out: &mut [T]) {
-        for (first, out) in (0..inputs).step_by(PANEL).zip(out.chunks_exact_mut(PANEL * units)) {
-            for (source, out) in weight.chunks_exact(PANEL * inputs).zip(out.chunks_mut(PANEL * PANEL)) {
-                let source = &source[first * PANEL..];
-                let square = V::transpose(std::array::from_fn(|row| {
-                    if first + row < inputs {
-                        V::load(source, row * PANEL)
+    /// `weight` (`inputs` × `units`) to its transpose, in squares that fit the registers; padding is carried along.
+    fn transpose<T, V>(
+        inputs: usize,
+        units: usize,
+        weight: &[T],
+        stride: usize,
+        out: &mut [T],
+        out_stride: usize,
+    ) {
+        for row in (0..inputs).step_by(LANES) {
+            for column in (0..units).step_by(LANES) {
+                let square = V::transpose(std::array::from_fn(|lane| {
+                    if row + lane < inputs {
+                        V::load(weight, (row + lane) * stride + column)
                     } else {
                         V::splat(T::ZERO)
                     }
                 }));
-                for (out, row) in out.chunks_exact_mut(PANEL).zip(square) {
-                    row.store(out, 0);
+                for (lane, column_of) in square.into_iter().enumerate().take(units - column) {
+                    column_of.store(out, (column + lane) * out_stride + row);
                 }
             }
         }
@@ -1134,12 +1157,13 @@ wide! {
         stride: usize,
         tail: usize,
         delta: &[T],
-        tail_rows: &[T],
+        weight: &[T],
+        weight_stride: usize,
         d_tail: &mut [T],
     ) {
         for (delta, &row) in delta.chunks(stride).zip(selected) {
-            for (out, weight) in d_tail[row * tail..][..tail].iter_mut().zip(tail_rows.chunks_exact(padded)) {
-                *out = dot::<T, V>(&delta[..padded], weight);
+            for (out, weight) in d_tail[row * tail..][..tail].iter_mut().zip(weight.chunks(weight_stride)) {
+                *out = dot::<T, V>(&delta[..padded], &weight[..padded]);
             }
         }
     }

@@ -6,7 +6,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Deref, DerefMut, Div, Mul, Neg, Sub, SubAssign};
 
-use crate::dense::{self, MatMul, Outer};
+use crate::dense::{self, Product};
 use crate::lanes::{Lanes, Portable};
 
 /// A scalar of the network code: `f32` in use, `f64` to check gradients.
@@ -46,13 +46,9 @@ pub trait Real:
     fn tanh(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// Matrix product of the fastest kernel this processor has (see [`dense::matmul`]).
-    fn matmul(product: MatMul<'_, Self>) {
-        dense::matmul_portable(product);
-    }
-    /// Outer product of the fastest kernel this processor has (see [`dense::outer`]).
-    fn outer(product: Outer<'_, Self>) {
-        dense::outer_portable(product);
+    /// Matrix product with the fastest kernel this processor has (see [`dense::multiply`]).
+    fn multiply(product: Product<'_, Self>) {
+        dense::multiply_portable(product);
     }
 }
 
@@ -170,11 +166,8 @@ real!(f32, WideF32 {
         let large = (1.0 - decay) / (1.0 + decay);
         f32::copysign(if size < 0.625 { small } else { large }, self)
     }
-    fn matmul(product: MatMul<'_, Self>) {
-        dense::matmul_f32(product);
-    }
-    fn outer(product: Outer<'_, Self>) {
-        dense::outer_f32(product);
+    fn multiply(product: Product<'_, Self>) {
+        dense::multiply_f32(product);
     }
 });
 

@@ -1,34 +1,34 @@
-//! The products for processors with AVX2 and FMA.
+//! The dense product for processors with AVX2 and FMA.
 //!
-//! Register tiles of 4 rows by 3 panels, a vector each: twelve sums in flight cover the latency of the two fused
-//! multiply-add units, and sums, weights and one broadcast fill the sixteen registers. Seven loads for twelve
+//! Register tiles of 4 rows by 3 vectors of 8 columns: twelve sums in flight cover the latency of the two fused
+//! multiply-add units, and sums, vectors and one broadcast fill the sixteen registers. Seven loads for twelve
 //! multiply-adds is the least that sixteen registers allow, and loads are what a neighbour on the same core takes
-//! away. The panels that three do not divide go through tiles of 6 rows by 2.
+//! away. The vectors that three do not divide go through tiles of 6 rows by 2.
 
 use std::arch::asm;
 use std::arch::x86_64::*;
 
-use super::{Epilogue, MatMul, Outer, PANEL};
+use super::{Epilogue, Product};
+use crate::lanes::LANES;
 
-/// Rows that go through all panels before the next ones do: their part of X stays in the first-level cache beside a
-/// few panels, and the panels stream past in the order they lie in memory.
+/// Rows that go through all columns before the next ones do: their part of A stays in the first-level cache.
 const BLOCK: usize = 24;
 
-/// Panels of the next strip of tiles when `left` remain: three, because a tile then loads least for its arithmetic, unless
-/// a single panel would be left over, whose tiles load most.
+/// Vectors of the next strip of tiles when `left` remain: three, because a tile then loads least for its arithmetic,
+/// unless a single one would be left over, whose tiles load most.
 #[inline(always)]
-fn tile_panels(left: usize) -> usize {
+fn tile_vectors(left: usize) -> usize {
     match left {
         4 => 2,
         _ => left.min(3),
     }
 }
 
-/// Rows of the next tile of so many panels when `left` remain. Twelve sums are in flight in a full tile; a last one of too
+/// Rows of the next tile of so many vectors when `left` remain. Twelve sums are in flight in a full tile; a last one of too
 /// few to fill the pipeline is avoided.
 #[inline(always)]
-fn tile_rows(left: usize, panels: usize) -> usize {
-    match (panels, left) {
+fn tile_rows(left: usize, vectors: usize) -> usize {
+    match (vectors, left) {
         (3, 5 | 6) => 3,
         (3, _) => left.min(4),
         (_, 7 | 8) => 4,
@@ -36,81 +36,78 @@ fn tile_rows(left: usize, panels: usize) -> usize {
     }
 }
 
-/// One factor times all vectors, added to its sums.
-macro_rules! factor {
-    ($at:literal $shift:literal: $($sum:literal $vector:literal),+) => {
+/// The factor of one row times all vectors, added to the row's sums.
+macro_rules! row {
+    ($at:literal: $($sum:literal $vector:literal),+) => {
         concat!(
-            "vbroadcastss {f}, dword ptr [", $at, $shift, "]\n",
+            "vbroadcastss {f}, dword ptr [{a}", $at, "]\n",
             $("vfmadd231ps {", $sum, "}, {f}, {", $vector, "}\n",)+
         )
     };
 }
 
-/// One step of a full tile: where its vectors lie and how far the step shifts that, then the same of its factors.
+/// One step of a full tile along the shared index.
 macro_rules! step {
-    ([$v0:literal $v1:literal $v2:literal] $w:literal, [$f0:literal $f1:literal $f2:literal $f3:literal] $x:literal) => {
+    (4 by 3) => {
         concat!(
-            "vmovups {v0}, ymmword ptr [", $v0, $w, "]\n",
-            "vmovups {v1}, ymmword ptr [", $v1, $w, "]\n",
-            "vmovups {v2}, ymmword ptr [", $v2, $w, "]\n",
-            factor!($f0 $x: "s0" "v0", "s1" "v1", "s2" "v2"),
-            factor!($f1 $x: "s3" "v0", "s4" "v1", "s5" "v2"),
-            factor!($f2 $x: "s6" "v0", "s7" "v1", "s8" "v2"),
-            factor!($f3 $x: "s9" "v0", "s10" "v1", "s11" "v2"),
+            "vmovups {v0}, ymmword ptr [{b}]\n",
+            "vmovups {v1}, ymmword ptr [{b}+32]\n",
+            "vmovups {v2}, ymmword ptr [{b}+64]\n",
+            row!("": "s0" "v0", "s1" "v1", "s2" "v2"),
+            row!("+{row}": "s3" "v0", "s4" "v1", "s5" "v2"),
+            row!("+2*{row}": "s6" "v0", "s7" "v1", "s8" "v2"),
+            row!("+{row3}": "s9" "v0", "s10" "v1", "s11" "v2"),
+            "add {a}, {step}\n",
+            "add {b}, {stride}\n",
         )
     };
-    (
-        [$v0:literal $v1:literal] $w:literal,
-        [$f0:literal $f1:literal $f2:literal $f3:literal $f4:literal $f5:literal] $x:literal
-    ) => {
+    (6 by 2) => {
         concat!(
-            "vmovups {v0}, ymmword ptr [", $v0, $w, "]\n",
-            "vmovups {v1}, ymmword ptr [", $v1, $w, "]\n",
-            factor!($f0 $x: "s0" "v0", "s1" "v1"),
-            factor!($f1 $x: "s2" "v0", "s3" "v1"),
-            factor!($f2 $x: "s4" "v0", "s5" "v1"),
-            factor!($f3 $x: "s6" "v0", "s7" "v1"),
-            factor!($f4 $x: "s8" "v0", "s9" "v1"),
-            factor!($f5 $x: "s10" "v0", "s11" "v1"),
+            "vmovups {v0}, ymmword ptr [{b}]\n",
+            "vmovups {v1}, ymmword ptr [{b}+32]\n",
+            row!("": "s0" "v0", "s1" "v1"),
+            row!("+{row}": "s2" "v0", "s3" "v1"),
+            row!("+2*{row}": "s4" "v0", "s5" "v1"),
+            row!("+{row3}": "s6" "v0", "s7" "v1"),
+            row!("+4*{row}": "s8" "v0", "s9" "v1"),
+            row!("+{row5}": "s10" "v0", "s11" "v1"),
+            "add {a}, {step}\n",
+            "add {b}, {stride}\n",
         )
     };
 }
 
-/// The loop of a full tile over the shared index, four steps between two jumps: sums[r][p] += Σ factors[r] vectors[p].
-/// `{x}` and `{w}` move along the factors and the vectors, `{s}` and `{t}` are distances there in bytes. `four` and `one`
-/// are the steps, by their shifts of vectors and factors, with the instructions that move on. In assembly, because a full
-/// tile needs every register and the compiler, left to itself, spills sums or computes addresses anew; tiles that are
-/// not full are rare enough to be left to it.
+/// The loop of a full tile over the shared index, four steps between two jumps: sums[r][v] += Σ factors[r] vectors[v].
+/// In assembly, because a full tile needs every register and the compiler, left to itself, spills sums or computes
+/// addresses anew; tiles that are not full are rare enough to be left to it.
 macro_rules! full_tile {
-    (
-        $sums:expr, $count:expr, x: $x:expr, $s:expr, w: $w:expr, $t:expr,
-        vectors: $vectors:tt, factors: $factors:tt,
-        four: { $($(($four_w:literal $four_x:literal))+ then $($four_move:literal)+;)+ }
-        one: { ($one_w:literal $one_x:literal) then $($one_move:literal)+; }
-        $($further:tt)*
-    ) => {{
+    ($rows:tt by $vectors:tt, $sums:expr, $product:expr, $a:expr, $b:expr, $($further:tt)*) => {{
         let sums = $sums;
         asm!(
             "sub {n}, 4",
             "jb 3f",
             "2:",
-            $($(step!($vectors $four_w, $factors $four_x),)+ $($four_move,)+)+
+            step!($rows by $vectors),
+            step!($rows by $vectors),
+            step!($rows by $vectors),
+            step!($rows by $vectors),
             "sub {n}, 4",
             "jae 2b",
             "3:",
             "add {n}, 4",
             "jz 5f",
             "4:",
-            step!($vectors $one_w, $factors $one_x),
-            $($one_move,)+
+            step!($rows by $vectors),
             "dec {n}",
             "jnz 4b",
             "5:",
-            n = inout(reg) $count => _,
-            x = inout(reg) $x => _,
-            w = inout(reg) $w => _,
-            s = in(reg) 4 * $s,
-            t = in(reg) 4 * $t,
+            n = inout(reg) $product.shared => _,
+            a = inout(reg) $a => _,
+            b = inout(reg) $b => _,
+            row = in(reg) 4 * $product.a_row,
+            row3 = in(reg) 12 * $product.a_row,
+            step = in(reg) 4 * $product.a_step,
+            stride = in(reg) 4 * $product.b_stride,
             f = out(ymm_reg) _,
             v0 = out(ymm_reg) _,
             v1 = out(ymm_reg) _,
@@ -134,8 +131,8 @@ macro_rules! full_tile {
 
 /// The twelve sums of a full tile, row by row.
 #[inline(always)]
-fn flat<const R: usize, const P: usize>(sums: &mut [[__m256; P]; R]) -> &mut [__m256; 12] {
-    assert!(R * P == 12);
+fn flat<const R: usize, const V: usize>(sums: &mut [[__m256; V]; R]) -> &mut [__m256; 12] {
+    assert!(R * V == 12);
     // SAFETY: an array of arrays lies in memory as one array does.
     unsafe { &mut *(&raw mut *sums).cast() }
 }
@@ -145,7 +142,7 @@ const BIAS: u8 = 1;
 const BIAS_RELU: u8 = 2;
 const MASK: u8 = 3;
 
-/// The tile of so many rows by `P` panels; [`tile_rows`] gives no others.
+/// The tile of so many rows by `V` vectors; [`tile_rows`] gives no others.
 macro_rules! dispatch {
     ($rows:expr, $tile:ident::<$($constant:ident),+>($($argument:expr),*)) => {
         match $rows {
@@ -162,14 +159,16 @@ macro_rules! dispatch {
 
 /// A product whose epilogue is `extra` of the kind that the functions below have as a constant.
 #[derive(Clone, Copy)]
-struct Product {
-    k: usize,
-    x: *const f32,
-    x_stride: usize,
-    panels: *const f32,
+struct Raw {
+    shared: usize,
+    a: *const f32,
+    a_row: usize,
+    a_step: usize,
+    b: *const f32,
+    b_stride: usize,
     columns: usize,
-    y: *mut f32,
-    y_stride: usize,
+    c: *mut f32,
+    c_stride: usize,
     extra: *const f32,
     extra_stride: usize,
 }
@@ -177,16 +176,18 @@ struct Product {
 /// # Safety
 /// AVX2 and FMA present, `product.check()` passed.
 #[target_feature(enable = "avx2,fma")]
-pub unsafe fn matmul(product: MatMul<'_, f32>) {
-    let y = product.y.as_mut_ptr();
-    let with = |extra, extra_stride| Product {
-        k: product.k,
-        x: product.x.as_ptr(),
-        x_stride: product.x_stride,
-        panels: product.panels.as_ptr(),
+pub unsafe fn multiply(product: Product<'_, f32>) {
+    let c = product.c.as_mut_ptr();
+    let with = |extra, extra_stride| Raw {
+        shared: product.shared,
+        a: product.a.values.as_ptr(),
+        a_row: product.a.row,
+        a_step: product.a.step,
+        b: product.b.as_ptr(),
+        b_stride: product.b_stride,
         columns: product.columns,
-        y,
-        y_stride: product.y_stride,
+        c,
+        c_stride: product.c_stride,
         extra,
         extra_stride,
     };
@@ -203,210 +204,97 @@ pub unsafe fn matmul(product: MatMul<'_, f32>) {
 }
 
 #[target_feature(enable = "avx2,fma")]
-unsafe fn blocks<const E: u8>(rows: usize, product: Product) {
+unsafe fn blocks<const E: u8>(rows: usize, product: Raw) {
     for from in (0..rows).step_by(BLOCK) {
         let to = rows.min(from + BLOCK);
         let mut first = 0;
         while first < product.columns {
-            let panels = tile_panels((product.columns - first) / PANEL);
-            // SAFETY: passed on from the caller; rows and panels are there.
+            let vectors = tile_vectors((product.columns - first) / LANES);
+            // SAFETY: passed on from the caller; rows and columns are there.
             unsafe {
-                match panels {
+                match vectors {
                     3 => strip::<3, E>(from, to, first, product),
                     2 => strip::<2, E>(from, to, first, product),
                     _ => strip::<1, E>(from, to, first, product),
                 }
             }
-            first += panels * PANEL;
+            first += vectors * LANES;
         }
     }
 }
 
-/// Rows `from..to` of `P` panels, whose first column is `first`.
+/// Rows `from..to` of `V` vectors of columns, the first of which is `first`.
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-unsafe fn strip<const P: usize, const E: u8>(
-    from: usize,
-    to: usize,
-    first: usize,
-    product: Product,
-) {
+unsafe fn strip<const V: usize, const E: u8>(from: usize, to: usize, first: usize, product: Raw) {
     let mut row = from;
     while row < to {
-        let rows = tile_rows(to - row, P);
+        let rows = tile_rows(to - row, V);
         // SAFETY: the tile lies inside what the caller passed on.
-        unsafe { dispatch!(rows, tile::<P, E>(row, first, product)) };
+        unsafe { dispatch!(rows, tile::<V, E>(row, first, product)) };
         row += rows;
     }
 }
 
 #[inline]
 #[target_feature(enable = "avx2,fma")]
-unsafe fn tile<const R: usize, const P: usize, const E: u8>(
+unsafe fn tile<const R: usize, const V: usize, const E: u8>(
     row: usize,
     first: usize,
-    product: Product,
+    product: Raw,
 ) {
-    let Product {
-        k,
-        x_stride,
-        y_stride,
+    let Raw {
+        a_row,
+        a_step,
+        b_stride,
+        c_stride,
         extra_stride,
         ..
     } = product;
     // SAFETY: the caller's tile lies inside the slices.
     unsafe {
-        let x = product.x.add(row * x_stride);
-        let panels = product.panels.add(first * k);
-        let y = product.y.add(row * y_stride + first);
+        let a = product.a.add(row * a_row);
+        let b = product.b.add(first);
+        let c = product.c.add(row * c_stride + first);
         let extra = product.extra.wrapping_add(row * extra_stride + first);
-        let mut sums = [[_mm256_setzero_ps(); P]; R];
+        let mut sums = [[_mm256_setzero_ps(); V]; R];
         if E == BIAS || E == BIAS_RELU {
-            for p in 0..P {
-                let bias = _mm256_loadu_ps(extra.add(p * PANEL));
+            for v in 0..V {
+                let bias = _mm256_loadu_ps(extra.add(v * LANES));
                 for row in &mut sums {
-                    row[p] = bias;
+                    row[v] = bias;
                 }
             }
         }
-        match (R, P) {
-            (4, 3) => full_tile!(
-                flat(&mut sums), k, x: x, x_stride, w: panels, k * PANEL,
-                vectors: ["{w}" "{w}+{t}" "{w}+2*{t}"],
-                factors: ["{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{u}"],
-                four: { ("" "") ("+32" "+4") ("+64" "+8") ("+96" "+12") then "add {x}, 16" "add {w}, 128"; }
-                one: { ("" "") then "add {x}, 4" "add {w}, 32"; }
-                u = in(reg) 12 * x_stride,
-                v2 = out(ymm_reg) _,
-            ),
-            // Rows are counted from the second.
+        match (R, V) {
+            (4, 3) => full_tile!(4 by 3, flat(&mut sums), product, a, b, v2 = out(ymm_reg) _,),
             (6, 2) => full_tile!(
-                flat(&mut sums), k, x: x.add(x_stride), x_stride, w: panels, k * PANEL,
-                vectors: ["{w}" "{w}+{t}"],
-                factors: ["{x}+{z}" "{x}" "{x}+{s}" "{x}+2*{s}" "{x}+{u}" "{x}+4*{s}"],
-                four: { ("" "") ("+32" "+4") ("+64" "+8") ("+96" "+12") then "add {x}, 16" "add {w}, 128"; }
-                one: { ("" "") then "add {x}, 4" "add {w}, 32"; }
-                u = in(reg) 12 * x_stride,
-                z = in(reg) (4 * x_stride).wrapping_neg(),
+                6 by 2, flat(&mut sums), product, a, b, row5 = in(reg) 20 * a_row,
             ),
             _ => {
-                for index in 0..k {
+                for index in 0..product.shared {
                     for (r, row) in sums.iter_mut().enumerate() {
-                        let factor = _mm256_broadcast_ss(&*x.add(r * x_stride + index));
-                        for (p, sum) in row.iter_mut().enumerate() {
-                            let weights = _mm256_loadu_ps(panels.add((p * k + index) * PANEL));
-                            *sum = _mm256_fmadd_ps(factor, weights, *sum);
+                        let factor = _mm256_broadcast_ss(&*a.add(r * a_row + index * a_step));
+                        for (v, sum) in row.iter_mut().enumerate() {
+                            let vector = _mm256_loadu_ps(b.add(index * b_stride + v * LANES));
+                            *sum = _mm256_fmadd_ps(factor, vector, *sum);
                         }
                     }
                 }
             }
         }
         for (r, row) in sums.iter().enumerate() {
-            for (p, &sum) in row.iter().enumerate() {
+            for (v, &sum) in row.iter().enumerate() {
                 let value = match E {
                     // In this order of operands NaN stays NaN and is noticed.
                     BIAS_RELU => _mm256_max_ps(_mm256_setzero_ps(), sum),
                     MASK => {
-                        let mask = _mm256_loadu_ps(extra.add(r * extra_stride + p * PANEL));
+                        let mask = _mm256_loadu_ps(extra.add(r * extra_stride + v * LANES));
                         _mm256_and_ps(sum, _mm256_cmp_ps::<_CMP_GT_OQ>(mask, _mm256_setzero_ps()))
                     }
                     _ => sum,
                 };
-                _mm256_storeu_ps(y.add(r * y_stride + p * PANEL), value);
-            }
-        }
-    }
-}
-
-/// # Safety
-/// AVX2 and FMA present, `product.check()` passed.
-#[target_feature(enable = "avx2,fma")]
-pub unsafe fn outer(mut product: Outer<'_, f32>) {
-    let mut first = 0;
-    while first < product.columns {
-        let panels = tile_panels((product.columns - first) / PANEL);
-        // SAFETY: passed on from the caller; the panels are there.
-        unsafe {
-            match panels {
-                3 => outer_strip::<3>(first, &mut product),
-                2 => outer_strip::<2>(first, &mut product),
-                _ => outer_strip::<1>(first, &mut product),
-            }
-        }
-        first += panels * PANEL;
-    }
-}
-
-/// `P` panels, whose first column is `first`.
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn outer_strip<const P: usize>(first: usize, product: &mut Outer<'_, f32>) {
-    let mut index = 0;
-    while index < product.k {
-        let rows = tile_rows(product.k - index, P);
-        // SAFETY: the tile lies inside what the caller passed on.
-        unsafe { dispatch!(rows, outer_tile::<P>(index, first, product)) };
-        index += rows;
-    }
-}
-
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-unsafe fn outer_tile<const R: usize, const P: usize>(
-    index: usize,
-    first: usize,
-    product: &mut Outer<'_, f32>,
-) {
-    let Outer {
-        rows,
-        k,
-        x_stride,
-        y_stride,
-        ..
-    } = *product;
-    // SAFETY: the caller's tile lies inside the slices.
-    unsafe {
-        let x = product.x.as_ptr().add(index);
-        let y = product.y.as_ptr().add(first);
-        let out = product.panels.as_mut_ptr().add(first * k + index * PANEL);
-        let mut sums = [[_mm256_setzero_ps(); P]; R];
-        match (R, P) {
-            (4, 3) => full_tile!(
-                flat(&mut sums), rows, x: x, x_stride, w: y, y_stride,
-                vectors: ["{w}" "{w}+32" "{w}+64"],
-                factors: ["{x}" "{x}+4" "{x}+8" "{x}+12"],
-                four: {
-                    ("" "") ("+{t}" "+{s}") then "lea {x}, [{x}+2*{s}]" "lea {w}, [{w}+2*{t}]";
-                    ("" "") ("+{t}" "+{s}") then "lea {x}, [{x}+2*{s}]" "lea {w}, [{w}+2*{t}]";
-                }
-                one: { ("" "") then "add {x}, {s}" "add {w}, {t}"; }
-                v2 = out(ymm_reg) _,
-            ),
-            (6, 2) => full_tile!(
-                flat(&mut sums), rows, x: x, x_stride, w: y, y_stride,
-                vectors: ["{w}" "{w}+32"],
-                factors: ["{x}" "{x}+4" "{x}+8" "{x}+12" "{x}+16" "{x}+20"],
-                four: {
-                    ("" "") ("+{t}" "+{s}") then "lea {x}, [{x}+2*{s}]" "lea {w}, [{w}+2*{t}]";
-                    ("" "") ("+{t}" "+{s}") then "lea {x}, [{x}+2*{s}]" "lea {w}, [{w}+2*{t}]";
-                }
-                one: { ("" "") then "add {x}, {s}" "add {w}, {t}"; }
-            ),
-            _ => {
-                for row in 0..rows {
-                    for (r, sums) in sums.iter_mut().enumerate() {
-                        let factor = _mm256_broadcast_ss(&*x.add(row * x_stride + r));
-                        for (p, sum) in sums.iter_mut().enumerate() {
-                            let values = _mm256_loadu_ps(y.add(row * y_stride + p * PANEL));
-                            *sum = _mm256_fmadd_ps(factor, values, *sum);
-                        }
-                    }
-                }
-            }
-        }
-        for (r, sums) in sums.iter().enumerate() {
-            for (p, &sum) in sums.iter().enumerate() {
-                _mm256_storeu_ps(out.add((p * k + r) * PANEL), sum);
+                _mm256_storeu_ps(c.add(r * c_stride + v * LANES), value);
             }
         }
     }
