@@ -1,11 +1,12 @@
 //! One update of Soft Actor-Critic: critics, actor, temperature, targets.
 //!
-//! The batch is cut into chunks of [`CHUNK`] rows. A chunk runs its whole forward and backward pass in the scratch of
-//! its thread, which stays in the cache of that core, and leaves its own gradient; gradients are
+//! The batch is cut into chunks of [`CHUNK`] rows. Each chunk runs forward and backward in the scratch of a thread, which
+//! stays in the cache of that core, and leaves its own gradient of each network; gradients are
 //! then summed in the order of the chunks. Neither the cut nor the order depends on the number of
 //! threads, so neither do the bits of the result.
 
 use std::cmp::Ordering;
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +20,7 @@ use crate::network::{Activations, Deltas, Mlp, MlpShape, Transposed};
 use crate::real::{Buffer, Real, wide};
 use crate::rehearsal::{Rehearsed, imitate};
 use crate::replay::{Batch, length};
-use crate::workers::{Disjoint, Workers};
+use crate::workers::{Disjoint, Gate, Workers};
 
 /// Rows that are worked on together.
 pub const CHUNK: usize = 64;
@@ -115,13 +116,10 @@ struct Scratch<T> {
     actor_deltas: Deltas<T>,
     critics: [Activations<T>; 2],
     critic_deltas: Deltas<T>,
-    /// Observations and, where the mirror loss needs them, their mirror images below.
-    actor_input: Vec<T>,
     /// Observation, action.
     critic_input: Vec<T>,
     actions: Vec<T>,
     log_probs: Vec<T>,
-    targets: Vec<T>,
     d_critic: Vec<T>,
     d_log_prob: Vec<T>,
     d_action: Vec<T>,
@@ -129,15 +127,31 @@ struct Scratch<T> {
     selected: [Vec<usize>; 2],
 }
 
-/// Results of one chunk.
+/// What both critics learn from one chunk.
 #[derive(Debug)]
-struct Chunk<T> {
-    critic_gradients: [Buffer<T>; 2],
-    actor_gradient: Buffer<T>,
+struct Targets<T> {
+    values: Vec<T>,
     sums: Sums,
 }
 
-/// Sums over the rows of a chunk.
+/// What the actor's loss on one chunk leaves for the actor's backward pass.
+#[derive(Debug)]
+struct ActorLoss<T> {
+    actor: Activations<T>,
+    /// Observations and, where the mirror loss needs them, their mirror images below.
+    input: Vec<T>,
+    d_actor: Vec<T>,
+    sums: Sums,
+}
+
+/// The gradient of one network's loss on one chunk.
+#[derive(Debug)]
+struct Part<T> {
+    gradient: Buffer<T>,
+    sums: Sums,
+}
+
+/// Sums over the rows of a chunk; each task adds up its own and leaves the others 0.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     critic_loss: [f64; 2],
@@ -176,8 +190,15 @@ pub struct Learner<T> {
     pub(crate) temperature: TemperatureState,
     pub(crate) updates: u64,
     pub(crate) stats: UpdateStats,
-    /// Chunks of the batch, behind them those of the rehearsed pairs.
-    chunks: Vec<Chunk<T>>,
+    /// For each chunk of the batch.
+    target_values: Vec<Targets<T>>,
+    actor_losses: Vec<ActorLoss<T>>,
+    /// For each chunk of the batch those of the first critic, then of the second.
+    critic_parts: Vec<Part<T>>,
+    /// For each chunk of the batch, behind them those of the rehearsed pairs.
+    actor_parts: Vec<Part<T>>,
+    /// One for each chunk of the batch: opens when its targets, or its actor's loss, are known.
+    gates: Vec<Gate>,
     /// One for each thread.
     scratches: Vec<Scratch<T>>,
     /// The actor moved since its copies for the backward pass were made.
@@ -256,20 +277,30 @@ impl<T: Real> Learner<T> {
         } else {
             0
         };
-        let chunks = (0..config.batch_size.div_ceil(CHUNK) + rehearsal_rows.div_ceil(CHUNK))
-            .map(|_| Chunk {
-                critic_gradients: [
-                    critics[0].network.zeros_like(),
-                    critics[1].network.zeros_like(),
-                ],
-                actor_gradient: actor.network.zeros_like(),
+        let chunks = config.batch_size.div_ceil(CHUNK);
+        let parts = |count: usize, network: &Mlp<T>| {
+            let part = || Part {
+                gradient: network.zeros_like(),
+                sums: Sums::default(),
+            };
+            (0..count).map(|_| part()).collect()
+        };
+        let critic_parts = parts(2 * chunks, &critics[0].network);
+        let actor_parts = parts(chunks + rehearsal_rows.div_ceil(CHUNK), &actor.network);
+        let target_values = (0..chunks)
+            .map(|_| Targets {
+                values: vec![T::ZERO; CHUNK],
                 sums: Sums::default(),
             })
+            .collect();
+        let mirrored = config.mirror_loss_weight > 0.0;
+        let actor_losses = (0..chunks)
+            .map(|_| ActorLoss::new(&actor.network, mirrored))
             .collect();
         let ranges = (2 * critics[0].gradient.len().div_ceil(RANGE))
             .max(actor.gradient.len().div_ceil(RANGE));
         let workers = Workers::new(config.threads);
-        let scratches = scratches(&workers, &actor.network, &critics[0].network, &config);
+        let scratches = scratches(&workers, &actor.network, &critics[0].network);
         Ok(Self {
             config,
             observation_size,
@@ -283,7 +314,11 @@ impl<T: Real> Learner<T> {
             updates: 0,
             stats: UpdateStats::default(),
             rehearsed: Rehearsed::default(),
-            chunks,
+            target_values,
+            actor_losses,
+            critic_parts,
+            actor_parts,
+            gates: (0..chunks).map(|_| Gate::default()).collect(),
             scratches,
             actor_stale: false,
             squares: vec![0.0; ranges],
@@ -319,7 +354,7 @@ impl<T: Real> Learner<T> {
         self.config = config;
         self.workers = Workers::new(threads);
         let (actor, critic) = (&self.actor.network, &self.critics[0].network);
-        self.scratches = scratches(&self.workers, actor, critic, &self.config);
+        self.scratches = scratches(&self.workers, actor, critic);
         Ok(())
     }
 
@@ -445,29 +480,44 @@ impl<T: Real> Learner<T> {
         // The actor's backward pass comes later in the update, so a thread may bring its copies up to date now.
         let stale = std::mem::take(&mut self.actor_stale);
         let transposed = Disjoint::new(std::slice::from_mut(transposed));
-        let chunks = Disjoint::new(&mut self.chunks[..count]);
+        self.gates.iter_mut().for_each(Gate::close);
+        let gates = &self.gates;
+        let target_values = Disjoint::new(&mut self.target_values[..count]);
+        let parts = Disjoint::new(&mut self.critic_parts[..2 * count]);
         let scratches = Disjoint::new(&mut self.scratches);
-        self.workers
-            .run_on(count + usize::from(stale), &|thread, index| {
-                if index == count {
-                    // SAFETY: one task only does this.
-                    actor.refresh(unsafe { &mut transposed.range(0, 1)[0] });
-                    return;
-                }
-                // SAFETY: each chunk is taken once, and a thread does one task at a time.
-                let (chunk, scratch) = unsafe {
+        let stages = [count, 2 * count + usize::from(stale)];
+        self.workers.run_stages(stages, &|thread, stage, task| {
+            // SAFETY: a thread does one task at a time.
+            let scratch = unsafe { &mut scratches.range(thread, thread + 1)[0] };
+            let chunk = task % count;
+            let chosen = chunk * CHUNK..((chunk + 1) * CHUNK).min(rows);
+            if stage == 0 {
+                let _open_at_end = gates[chunk].open_at_end();
+                // SAFETY: one task for each chunk, and who reads it waits for the gate.
+                let values = unsafe { &mut target_values.range(chunk, chunk + 1)[0] };
+                scratch.target_pass(actor, targets, batch, noise, chosen, alpha, values);
+            } else if task == 2 * count {
+                // SAFETY: one task only does this.
+                actor.refresh(unsafe { &mut transposed.range(0, 1)[0] });
+            } else {
+                gates[chunk].wait();
+                // SAFETY: each part is taken once, and nobody writes the values any more.
+                let (part, values) = unsafe {
                     (
-                        &mut chunks.range(index, index + 1)[0],
-                        &mut scratches.range(thread, thread + 1)[0],
+                        &mut parts.range(task, task + 1)[0],
+                        target_values.shared(chunk),
                     )
                 };
-                let first = index * CHUNK;
-                let last = (first + CHUNK).min(rows);
-                scratch.critic_pass(
-                    actor, critics, targets, batch, noise, first, last, alpha, chunk,
-                );
-            });
-        let sums = sums(&self.chunks[..count]);
+                let network = task / count;
+                scratch.critic_pass(network, &critics[network], batch, chosen, values, part);
+            }
+        });
+        let sums = total(
+            self.target_values[..count]
+                .iter()
+                .map(|values| &values.sums)
+                .chain(self.critic_parts[..2 * count].iter().map(|part| &part.sums)),
+        );
         let per_row = 1.0 / rows as f64;
         self.stats.critic_loss = sums.critic_loss.map(|loss| loss * per_row);
         self.stats.mean_q = 0.5 * sums.q * per_row;
@@ -483,9 +533,9 @@ impl<T: Real> Learner<T> {
             &mut self.workers,
             &mut self.critics,
             &mut self.squares,
-            chunks.map(|count| Sum {
-                chunks: &self.chunks[..count],
-                of: |chunk, network| &chunk.critic_gradients[network],
+            chunks.map(|count| {
+                let (first, second) = self.critic_parts[..2 * count].split_at(count);
+                [first, second]
             }),
             step.then(|| Step {
                 scales: self
@@ -529,29 +579,52 @@ impl<T: Real> Learner<T> {
         let weight = T::from_f64(self.config.rehearsal_weight / rehearsed_rows.max(1) as f64);
         let batch_chunks = rows.div_ceil(CHUNK);
         let count = batch_chunks + rehearsed_rows.div_ceil(CHUNK);
-        let chunks = Disjoint::new(&mut self.chunks[..count]);
+        self.gates.iter_mut().for_each(Gate::close);
+        let gates = &self.gates;
+        let losses = Disjoint::new(&mut self.actor_losses[..batch_chunks]);
+        let parts = Disjoint::new(&mut self.actor_parts[..count]);
         let scratches = Disjoint::new(&mut self.scratches);
-        self.workers.run_on(count, &|thread, index| {
-            // SAFETY: each chunk is taken once, and a thread does one task at a time.
-            let (chunk, scratch) = unsafe {
-                (
-                    &mut chunks.range(index, index + 1)[0],
-                    &mut scratches.range(thread, thread + 1)[0],
-                )
-            };
-            if let Some(index) = index.checked_sub(batch_chunks) {
-                let first = index * CHUNK;
-                let last = (first + CHUNK).min(rehearsed_rows);
-                scratch.rehearsal_pass(actor, rehearsed, action_size, first, last, weight, chunk);
-            } else {
-                let first = index * CHUNK;
-                let last = (first + CHUNK).min(rows);
-                scratch.actor_pass(
-                    actor, critics, mirror, batch, noise, first, last, alpha, chunk,
-                );
-            }
-        });
-        let sums = sums(&self.chunks[..count]);
+        self.workers
+            .run_stages([count, batch_chunks], &|thread, stage, task| {
+                // SAFETY: a thread does one task at a time.
+                let scratch = unsafe { &mut scratches.range(thread, thread + 1)[0] };
+                // SAFETY: a part belongs to one task of the first stage where it is rehearsed, and otherwise to one of
+                // the second.
+                let part = || unsafe { &mut parts.range(task, task + 1)[0] };
+                if let Some(chunk) = task.checked_sub(batch_chunks) {
+                    let chosen = chunk * CHUNK..((chunk + 1) * CHUNK).min(rehearsed_rows);
+                    scratch.rehearsal_pass(actor, rehearsed, action_size, chosen, weight, part());
+                    return;
+                }
+                let chosen = task * CHUNK..((task + 1) * CHUNK).min(rows);
+                if stage == 0 {
+                    let _open_at_end = gates[task].open_at_end();
+                    // SAFETY: one task for each chunk, and who reads it waits for the gate.
+                    let loss = unsafe { &mut losses.range(task, task + 1)[0] };
+                    scratch.actor_loss(
+                        &actor.network,
+                        critics,
+                        mirror,
+                        batch,
+                        noise,
+                        chosen,
+                        alpha,
+                        loss,
+                    );
+                } else {
+                    gates[task].wait();
+                    // SAFETY: nobody writes it any more.
+                    let loss = unsafe { losses.shared(task) };
+                    scratch.actor_back(actor, mirror.is_some(), batch, chosen, loss, part());
+                }
+            });
+        let rehearsed_parts = &self.actor_parts[batch_chunks..count];
+        let sums = total(
+            self.actor_losses[..batch_chunks]
+                .iter()
+                .map(|loss| &loss.sums)
+                .chain(rehearsed_parts.iter().map(|part| &part.sums)),
+        );
         let per_row = 1.0 / rows as f64;
         self.stats.actor_loss = sums.actor_loss * per_row;
         self.stats.mirror_loss = sums.mirror_loss * per_row;
@@ -569,10 +642,7 @@ impl<T: Real> Learner<T> {
             &mut self.workers,
             std::slice::from_mut(&mut self.actor),
             &mut self.squares,
-            chunks.map(|count| Sum {
-                chunks: &self.chunks[..count],
-                of: |chunk, _| &chunk.actor_gradient,
-            }),
+            chunks.map(|count| [&self.actor_parts[..count], &[]]),
             step.then_some(Step {
                 scales: [scale; 2],
                 learning_rate: self.config.learning_rate,
@@ -625,9 +695,9 @@ impl<T: Real> Learner<T> {
     }
 }
 
-fn sums<T>(chunks: &[Chunk<T>]) -> Sums {
+fn total<'a>(sums: impl Iterator<Item = &'a Sums>) -> Sums {
     let mut total = Sums::default();
-    for Chunk { sums, .. } in chunks {
+    for sums in sums {
         total.critic_loss[0] += sums.critic_loss[0];
         total.critic_loss[1] += sums.critic_loss[1];
         total.q += sums.q;
@@ -658,13 +728,6 @@ fn clip(max_norm: Option<f64>, norm: f64) -> f64 {
     max_norm.map_or(1.0, |max_norm| (max_norm / (norm + 1e-6)).min(1.0))
 }
 
-/// Gradients to be summed in the order of the chunks.
-struct Sum<'a, T> {
-    chunks: &'a [Chunk<T>],
-    /// A chunk's gradient of one of the networks.
-    of: fn(&Chunk<T>, usize) -> &Buffer<T>,
-}
-
 /// A step of Adam.
 struct Step<'a, T> {
     /// Factor on the gradient of each network.
@@ -684,13 +747,13 @@ struct Ranges<'a, T> {
     follower: Option<(T, Disjoint<'a, T>)>,
 }
 
-/// For `networks` (one or two, of one size), range by range: sums the gradient, moves the parameters along it, and
-/// their followers behind them. Gives the norms of the gradients where they are summed.
+/// For `networks` (one or two, of one size), range by range: sums the gradient from its parts, in the order of the
+/// chunks, moves the parameters along it, and their followers behind them. Gives the norms of the gradients where they are summed.
 fn finish<T: Real>(
     workers: &mut Workers,
     networks: &mut [Trained<T>],
     squares: &mut [f64],
-    sum: Option<Sum<'_, T>>,
+    parts: Option<[&[Part<T>]; 2]>,
     step: Option<Step<'_, T>>,
 ) -> [f64; 2] {
     let count = networks.len();
@@ -704,7 +767,7 @@ fn finish<T: Real>(
         };
         let mut followers = followers.into_iter();
         let mut networks = networks.iter_mut();
-        let parts: [Option<Ranges<'_, T>>; 2] = std::array::from_fn(|index| {
+        let buffers: [Option<Ranges<'_, T>>; 2] = std::array::from_fn(|index| {
             let network = networks.next()?;
             network.steps += u64::from(scales.is_some());
             Some(Ranges {
@@ -725,20 +788,20 @@ fn finish<T: Real>(
         workers.run(count * ranges, &|task| {
             let (network, range) = (task / ranges, task % ranges);
             let (from, to) = (range * RANGE, ((range + 1) * RANGE).min(len));
-            let Some(part) = &parts[network] else {
+            let Some(buffers) = &buffers[network] else {
                 return;
             };
             // SAFETY, here and below: ranges of different tasks do not overlap.
-            let gradient = unsafe { part.gradient.range(from, to) };
-            if let Some(sum) = &sum {
-                add_up(sum, network, from, gradient);
+            let gradient = unsafe { buffers.gradient.range(from, to) };
+            if let Some(parts) = parts {
+                add_up(parts[network], from, gradient);
                 let square = unsafe { squares.range(task, task + 1) };
                 square[0] = adam::sum_of_squares(gradient).to_f64();
             }
-            if let Some((step, scale)) = part.step {
-                let parameters = unsafe { part.parameters.range(from, to) };
-                let first_moment = unsafe { part.first_moment.range(from, to) };
-                let second_moment = unsafe { part.second_moment.range(from, to) };
+            if let Some((step, scale)) = buffers.step {
+                let parameters = unsafe { buffers.parameters.range(from, to) };
+                let first_moment = unsafe { buffers.first_moment.range(from, to) };
+                let second_moment = unsafe { buffers.second_moment.range(from, to) };
                 adam::descend(
                     step,
                     scale,
@@ -747,7 +810,7 @@ fn finish<T: Real>(
                     first_moment,
                     second_moment,
                 );
-                if let Some((rate, follower)) = &part.follower {
+                if let Some((rate, follower)) = &buffers.follower {
                     adam::follow(*rate, parameters, unsafe { follower.range(from, to) });
                 }
             }
@@ -765,95 +828,101 @@ fn finish<T: Real>(
     })
 }
 
-/// gradient ← Σ over the chunks of theirs from `from` on, in the order of the chunks, two of them in one pass.
-fn add_up<T: Real>(sum: &Sum<'_, T>, network: usize, from: usize, gradient: &mut [T]) {
-    let to = from + gradient.len();
-    let part = |chunk| &(sum.of)(chunk, network)[from..to];
-    let rest = match sum.chunks {
+/// gradient ← Σ of the parts from `from` on, in their order, two of them in one pass.
+fn add_up<T: Real>(parts: &[Part<T>], from: usize, gradient: &mut [T]) {
+    let range = from..from + gradient.len();
+    let rest = match parts {
         [a, b, rest @ ..] => {
-            adam::sum_of_two(part(a), part(b), gradient);
+            let (a, b) = (&a.gradient[range.clone()], &b.gradient[range.clone()]);
+            adam::sum_of_two(a, b, gradient);
             rest
         }
-        chunks => {
-            gradient.copy_from_slice(part(&chunks[0]));
-            &chunks[1..]
+        parts => {
+            gradient.copy_from_slice(&parts[0].gradient[range.clone()]);
+            &parts[1..]
         }
     };
     for pair in rest.chunks(2) {
-        match pair {
-            [a, b] => adam::add_two(part(a), part(b), gradient),
-            [a] => adam::add(part(a), gradient),
-            _ => {}
+        let part = |index: usize| &pair[index].gradient[range.clone()];
+        match pair.len() {
+            2 => adam::add_two(part(0), part(1), gradient),
+            _ => adam::add(part(0), gradient),
         }
     }
 }
 
+/// The part of a matrix with as many rows as the batch that belongs to the chosen rows.
+fn of_rows<'a, T: Real>(matrix: &'a [T], batch: &Batch<T>, chosen: &Range<usize>) -> &'a [T] {
+    let size = matrix.len() / batch.rows();
+    &matrix[chosen.start * size..chosen.end * size]
+}
+
 /// Scratch for each of the threads.
-fn scratches<T: Real>(
-    workers: &Workers,
-    actor: &Mlp<T>,
-    critic: &Mlp<T>,
-    config: &SacConfig,
-) -> Vec<Scratch<T>> {
-    let mirrored = config.mirror_loss_weight > 0.0;
+fn scratches<T: Real>(workers: &Workers, actor: &Mlp<T>, critic: &Mlp<T>) -> Vec<Scratch<T>> {
     (0..workers.threads())
-        .map(|_| Scratch::new(actor, critic, mirrored))
+        .map(|_| Scratch::new(actor, critic))
         .collect()
 }
 
-impl<T: Real> Scratch<T> {
-    fn new(actor: &Mlp<T>, critic: &Mlp<T>, mirrored: bool) -> Self {
-        let observation_size = actor.shape().inputs;
-        let action_size = critic.shape().inputs - observation_size;
-        let actor_rows = if mirrored { 2 * CHUNK } else { CHUNK };
+impl<T: Real> ActorLoss<T> {
+    fn new(actor: &Mlp<T>, mirrored: bool) -> Self {
+        let MlpShape {
+            inputs, outputs, ..
+        } = *actor.shape();
+        let rows = if mirrored { 2 * CHUNK } else { CHUNK };
         let zeros = |count: usize| vec![T::ZERO; count];
         Self {
-            actor: actor.activations(actor_rows),
-            actor_deltas: actor.deltas(actor_rows),
+            actor: actor.activations(rows),
+            input: zeros(if mirrored { rows * inputs } else { 0 }),
+            d_actor: zeros(rows * outputs),
+            sums: Sums::default(),
+        }
+    }
+}
+
+impl<T: Real> Scratch<T> {
+    fn new(actor: &Mlp<T>, critic: &Mlp<T>) -> Self {
+        let width = critic.shape().inputs;
+        let action_size = width - actor.shape().inputs;
+        let zeros = |count: usize| vec![T::ZERO; count];
+        Self {
+            actor: actor.activations(CHUNK),
+            // The actor's backward pass may have as many mirror images behind its rows.
+            actor_deltas: actor.deltas(2 * CHUNK),
             critics: [critic.activations(CHUNK), critic.activations(CHUNK)],
             critic_deltas: critic.deltas(CHUNK),
-            actor_input: zeros(if mirrored {
-                actor_rows * observation_size
-            } else {
-                0
-            }),
-            critic_input: zeros(CHUNK * (observation_size + action_size)),
+            critic_input: zeros(CHUNK * width),
             actions: zeros(CHUNK * action_size),
             log_probs: zeros(CHUNK),
-            targets: zeros(CHUNK),
             d_critic: zeros(CHUNK),
             d_log_prob: zeros(CHUNK),
             d_action: zeros(CHUNK * action_size),
-            d_actor: zeros(actor_rows * 2 * action_size),
+            d_actor: zeros(CHUNK * 2 * action_size),
             selected: [Vec::with_capacity(CHUNK), Vec::with_capacity(CHUNK)],
         }
     }
 
-    /// Rows `first..last`: targets y = R + Γ (min Q'(s', a') − α c' ln π(a'|s')), losses (Q − y)² / 2, gradients.
+    /// Targets y = R + Γ (min Q'(s', a') − α c' ln π(a'|s')) of the chosen rows.
     #[allow(clippy::too_many_arguments)]
-    fn critic_pass(
+    fn target_pass(
         &mut self,
         actor: &Mlp<T>,
-        critics: &[Trained<T>; 2],
         targets: &[Mlp<T>; 2],
         batch: &Batch<T>,
         noise: &[T],
-        first: usize,
-        last: usize,
+        chosen: Range<usize>,
         alpha: T,
-        result: &mut Chunk<T>,
+        result: &mut Targets<T>,
     ) {
-        let rows = last - first;
-        let observation_size = batch.observations.len() / batch.rows();
-        let action_size = batch.actions.len() / batch.rows();
-        let width = observation_size + action_size;
-
-        let next = &batch.next_observations[first * observation_size..last * observation_size];
+        let rows = chosen.len();
+        let next = of_rows(&batch.next_observations, batch, &chosen);
+        let noise = of_rows(noise, batch, &chosen);
+        let (observation_size, action_size) = (next.len() / rows, noise.len() / rows);
         actor.forward(rows, next, observation_size, &mut self.actor);
         gaussian::sample(
             action_size,
             &self.actor.out[..rows * 2 * action_size],
-            &noise[first * action_size..last * action_size],
+            noise,
             &mut self.actions,
             &mut self.log_probs,
         );
@@ -864,12 +933,13 @@ impl<T: Real> Scratch<T> {
             &self.actions,
             &mut self.critic_input,
         );
+        let width = observation_size + action_size;
         for (target, activations) in targets.iter().zip(&mut self.critics) {
             target.forward(rows, &self.critic_input, width, activations);
         }
         let mut sums = Sums::default();
         for row in 0..rows {
-            let place = first + row;
+            let place = chosen.start + row;
             let value = smaller(self.critics[0].out[row], self.critics[1].out[row])
                 - alpha * batch.next_entropy_scales[place] * self.log_probs[row];
             // A terminated row must not see a value that is not finite either.
@@ -879,12 +949,26 @@ impl<T: Real> Scratch<T> {
             } else {
                 discount * value
             };
-            self.targets[row] = batch.rewards[place] + future;
-            sums.target += self.targets[row].to_f64();
+            result.values[row] = batch.rewards[place] + future;
+            sums.target += result.values[row].to_f64();
         }
+        result.sums = sums;
+    }
 
-        let observations = &batch.observations[first * observation_size..last * observation_size];
-        let actions = &batch.actions[first * action_size..last * action_size];
+    /// Loss (Q − y)² / 2 of one critic on the chosen rows, gradient.
+    fn critic_pass(
+        &mut self,
+        index: usize,
+        critic: &Trained<T>,
+        batch: &Batch<T>,
+        chosen: Range<usize>,
+        targets: &Targets<T>,
+        result: &mut Part<T>,
+    ) {
+        let rows = chosen.len();
+        let observations = of_rows(&batch.observations, batch, &chosen);
+        let actions = of_rows(&batch.actions, batch, &chosen);
+        let (observation_size, action_size) = (observations.len() / rows, actions.len() / rows);
         join(
             observation_size,
             observations,
@@ -892,63 +976,56 @@ impl<T: Real> Scratch<T> {
             actions,
             &mut self.critic_input,
         );
+        let width = observation_size + action_size;
+        let network = &critic.network;
+        let activations = &mut self.critics[index];
+        network.forward(rows, &self.critic_input, width, activations);
         let per_row = T::ONE / T::from_f64(batch.rows() as f64);
-        for (index, critic) in critics.iter().enumerate() {
-            let activations = &mut self.critics[index];
-            critic
-                .network
-                .forward(rows, &self.critic_input, width, activations);
-            for row in 0..rows {
-                let error = activations.out[row] - self.targets[row];
-                self.d_critic[row] = error * per_row;
-                sums.critic_loss[index] += 0.5 * (error * error).to_f64();
-                sums.q += activations.out[row].to_f64();
-            }
-            critic.network.backward(
-                &critic.transposed,
-                rows,
-                &self.critic_input,
-                width,
-                activations,
-                &self.d_critic,
-                &mut self.critic_deltas,
-                &mut result.critic_gradients[index],
-            );
+        let mut sums = Sums::default();
+        for row in 0..rows {
+            let error = activations.out[row] - targets.values[row];
+            self.d_critic[row] = error * per_row;
+            sums.critic_loss[index] += 0.5 * (error * error).to_f64();
+            sums.q += activations.out[row].to_f64();
         }
+        network.backward(
+            &critic.transposed,
+            rows,
+            &self.critic_input,
+            width,
+            activations,
+            &self.d_critic,
+            &mut self.critic_deltas,
+            &mut result.gradient,
+        );
         result.sums = sums;
     }
 
-    /// Rows `first..last`: loss α c ln π(a|s) − min Q(s, a) with a drawn anew, mirror loss, gradient.
+    /// Loss α c ln π(a|s) − min Q(s, a) of the chosen rows with a drawn anew, mirror loss, and the derivative in the
+    /// actor's outputs.
     #[allow(clippy::too_many_arguments)]
-    fn actor_pass(
+    fn actor_loss(
         &mut self,
-        actor: &Trained<T>,
+        actor: &Mlp<T>,
         critics: &[Trained<T>; 2],
         mirror: Option<(&Mirror, T)>,
         batch: &Batch<T>,
         noise: &[T],
-        first: usize,
-        last: usize,
+        chosen: Range<usize>,
         alpha: T,
-        result: &mut Chunk<T>,
+        result: &mut ActorLoss<T>,
     ) {
-        let rows = last - first;
-        let observation_size = batch.observations.len() / batch.rows();
-        let action_size = batch.actions.len() / batch.rows();
+        let rows = chosen.len();
+        let observations = of_rows(&batch.observations, batch, &chosen);
+        let noise = of_rows(noise, batch, &chosen);
+        let (observation_size, action_size) = (observations.len() / rows, noise.len() / rows);
         let width = observation_size + action_size;
         let outputs = 2 * action_size;
-        let observations = &batch.observations[first * observation_size..last * observation_size];
-        let noise = &noise[first * action_size..last * action_size];
 
-        let actor_rows = match mirror {
-            None => {
-                actor
-                    .network
-                    .forward(rows, observations, observation_size, &mut self.actor);
-                rows
-            }
+        match mirror {
+            None => actor.forward(rows, observations, observation_size, &mut result.actor),
             Some((mirror, _)) => {
-                let (plain, image) = self.actor_input.split_at_mut(rows * observation_size);
+                let (plain, image) = result.input.split_at_mut(rows * observation_size);
                 plain.copy_from_slice(observations);
                 for (from, to) in observations
                     .chunks_exact(observation_size)
@@ -956,16 +1033,11 @@ impl<T: Real> Scratch<T> {
                 {
                     reflect(&mirror.observation, from, to);
                 }
-                actor.network.forward(
-                    2 * rows,
-                    &self.actor_input,
-                    observation_size,
-                    &mut self.actor,
-                );
-                2 * rows
+                let input = &result.input;
+                actor.forward(2 * rows, input, observation_size, &mut result.actor);
             }
-        };
-        let out = &self.actor.out[..rows * outputs];
+        }
+        let out = &result.actor.out[..rows * outputs];
         gaussian::sample(
             action_size,
             out,
@@ -995,7 +1067,7 @@ impl<T: Real> Scratch<T> {
             let (q_1, q_2) = (self.critics[0].out[row], self.critics[1].out[row]);
             // Only the smaller critic passes a derivative on.
             self.selected[usize::from(q_2 < q_1)].push(row);
-            let weight = alpha * batch.entropy_scales[first + row];
+            let weight = alpha * batch.entropy_scales[chosen.start + row];
             self.d_log_prob[row] = weight * per_row;
             sums.actor_loss += (weight * self.log_probs[row] - smaller(q_1, q_2)).to_f64();
             sums.log_prob += self.log_probs[row].to_f64();
@@ -1020,52 +1092,63 @@ impl<T: Real> Scratch<T> {
             &self.actions,
             &self.d_log_prob,
             &self.d_action,
-            &mut self.d_actor[..rows * outputs],
+            &mut result.d_actor[..rows * outputs],
         );
         if let Some((mirror, weight)) = mirror {
             sums.mirror_loss = mirror_back(
                 &mirror.action,
-                &self.actor.out[..2 * rows * outputs],
+                &result.actor.out[..2 * rows * outputs],
                 weight * per_row,
-                &mut self.d_actor[..2 * rows * outputs],
+                &mut result.d_actor[..2 * rows * outputs],
             )
             .to_f64();
         }
-        let input = if mirror.is_some() {
-            &self.actor_input[..]
-        } else {
-            observations
-        };
-        actor.network.backward(
-            &actor.transposed,
-            actor_rows,
-            input,
-            observation_size,
-            &self.actor,
-            &self.d_actor,
-            &mut self.actor_deltas,
-            &mut result.actor_gradient,
-        );
         result.sums = sums;
     }
 
-    /// Pairs `first..last`: loss weight · Σ |μ(s) − a|², gradient.
-    #[allow(clippy::too_many_arguments)]
+    /// The gradient that belongs to [`Scratch::actor_loss`].
+    fn actor_back(
+        &mut self,
+        actor: &Trained<T>,
+        mirrored: bool,
+        batch: &Batch<T>,
+        chosen: Range<usize>,
+        loss: &ActorLoss<T>,
+        result: &mut Part<T>,
+    ) {
+        let observations = of_rows(&batch.observations, batch, &chosen);
+        let (rows, input) = if mirrored {
+            (2 * chosen.len(), &loss.input[..])
+        } else {
+            (chosen.len(), observations)
+        };
+        actor.network.backward(
+            &actor.transposed,
+            rows,
+            input,
+            observations.len() / chosen.len(),
+            &loss.actor,
+            &loss.d_actor,
+            &mut self.actor_deltas,
+            &mut result.gradient,
+        );
+    }
+
+    /// The chosen pairs: loss weight · Σ |μ(s) − a|², gradient.
     fn rehearsal_pass(
         &mut self,
         actor: &Trained<T>,
         rehearsed: &Rehearsed<T>,
         action_size: usize,
-        first: usize,
-        last: usize,
+        chosen: Range<usize>,
         weight: T,
-        result: &mut Chunk<T>,
+        result: &mut Part<T>,
     ) {
-        let rows = last - first;
+        let rows = chosen.len();
         let observation_size = actor.network.shape().inputs;
-        let observations =
-            &rehearsed.observations[first * observation_size..last * observation_size];
-        let actions = &rehearsed.actions[first * action_size..last * action_size];
+        let places = |size: usize| chosen.start * size..chosen.end * size;
+        let observations = &rehearsed.observations[places(observation_size)];
+        let actions = &rehearsed.actions[places(action_size)];
         let network = &actor.network;
         network.forward(rows, observations, observation_size, &mut self.actor);
         let outputs = rows * 2 * action_size;
@@ -1084,7 +1167,7 @@ impl<T: Real> Scratch<T> {
             &self.actor,
             &self.d_actor,
             &mut self.actor_deltas,
-            &mut result.actor_gradient,
+            &mut result.gradient,
         );
         result.sums = Sums {
             rehearsal_loss: sum.to_f64(),

@@ -5,6 +5,10 @@
 //! they park, so that an idle learner does not burn a core. The calling thread works too and never
 //! waits for a worker that sleeps: it only waits for tasks already begun.
 //!
+//! Tasks come in stages. A thread goes on to the next stage as soon as no task of this one is left to take, while others
+//! still work on theirs, so that nobody waits for the slowest thread more than once in a call; a task that needs the
+//! result of another waits for that one, at a [`Gate`].
+//!
 //! Half of the threads take tasks from the front, half from the back, so that with two of them a task finds its memory
 //! mostly in the cache of the core that ran it last time. Beyond that, which thread runs a task is left to chance; results
 //! must not depend on it, and do not, because each task owns what it writes and sums over tasks are taken in task order.
@@ -16,23 +20,27 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::thread::{self, JoinHandle};
 
-/// Polls before a worker starts to yield, some tens of microseconds.
-const SPINS: u32 = 4_000;
+/// Polls before a worker starts to yield, some hundreds of microseconds: between two updates an environment may take a step.
+const SPINS: u32 = 20_000;
 /// Yields before a worker parks.
 const YIELDS: u32 = 20;
-/// Polls between yields of the calling thread while it waits for the last tasks.
-const CALLER_SPINS: u32 = 2_000;
+/// Polls between yields of a thread that waits for a task of another.
+const WAITING_SPINS: u32 = 2_000;
 
 /// Tasks of one call; fits the packed counter.
 const MAX_TASKS: usize = u16::MAX as usize - 1;
 
-/// Called with the number of the thread and of the task.
-type Task = *const (dyn Fn(usize, usize) + Sync);
+/// Stages of one call at most.
+const MAX_STAGES: usize = 2;
+
+/// Called with the number of the thread, the stage and the task within it.
+type StagedTask<'a> = dyn Fn(usize, usize, usize) + Sync + 'a;
+type Task = *const StagedTask<'static>;
 
 struct Shared {
-    /// Generation (upper 32 bits), end (16) and start (16) of the tasks not yet taken, so that a claim is valid
-    /// for exactly the call that published it.
-    ticket: AtomicU64,
+    /// For each stage generation (upper 32 bits), end (16) and start (16) of the tasks not yet taken, so that a claim
+    /// is valid for exactly the call that published it.
+    tickets: [AtomicU64; MAX_STAGES],
     task: UnsafeCell<Option<Task>>,
     done: AtomicUsize,
     panicked: AtomicBool,
@@ -47,33 +55,33 @@ unsafe impl Sync for Shared {}
 unsafe impl Send for Shared {}
 
 impl Shared {
-    /// Runs one task if one is left.
+    /// Runs one task, of the first stage that has one left.
     fn work(&self, thread: usize) -> bool {
-        let mut ticket = self.ticket.load(Ordering::Acquire);
+        (0..MAX_STAGES).any(|stage| self.work_on(thread, stage))
+    }
+
+    /// Runs one task of a stage if one is left.
+    fn work_on(&self, thread: usize, stage: usize) -> bool {
+        let ticket = &self.tickets[stage];
+        let mut current = ticket.load(Ordering::Acquire);
         loop {
-            let (start, end) = (ticket & 0xffff, (ticket >> 16) & 0xffff);
-            if start >= end {
+            let Some((start, end)) = left(current) else {
                 return false;
-            }
-            let (taken, rest) = if thread.is_multiple_of(2) {
-                (start, ticket + 1)
-            } else {
-                (end - 1, ticket - (1 << 16))
             };
-            match self.ticket.compare_exchange_weak(
-                ticket,
-                rest,
-                Ordering::AcqRel,
-                Ordering::Acquire,
-            ) {
-                Err(current) => ticket = current,
+            let (taken, rest) = if thread.is_multiple_of(2) {
+                (start, current + 1)
+            } else {
+                (end - 1, current - (1 << 16))
+            };
+            match ticket.compare_exchange_weak(current, rest, Ordering::AcqRel, Ordering::Acquire) {
+                Err(changed) => current = changed,
                 Ok(_) => {
-                    // SAFETY: the claimed task is not done, so `run` has not returned: the pointer was
+                    // SAFETY: the claimed task is not done, so `run_stages` has not returned: the pointer was
                     // written before the ticket was published and its pointee is alive.
                     let task = unsafe { (*self.task.get()).map(|task| &*task) };
                     let outcome = catch_unwind(AssertUnwindSafe(|| {
                         if let Some(task) = task {
-                            task(thread, taken as usize);
+                            task(thread, stage, taken as usize);
                         }
                     }));
                     if outcome.is_err() {
@@ -102,8 +110,10 @@ impl Shared {
                 // Announce sleep, then look once more: either this look sees the new ticket or the
                 // publisher sees the announcement.
                 self.sleeping[worker].store(true, Ordering::SeqCst);
-                let ticket = self.ticket.load(Ordering::SeqCst);
-                let left = (ticket & 0xffff) < ((ticket >> 16) & 0xffff);
+                let left = self
+                    .tickets
+                    .iter()
+                    .any(|ticket| left(ticket.load(Ordering::SeqCst)).is_some());
                 if !left && !self.stop.load(Ordering::SeqCst) {
                     thread::park();
                 }
@@ -112,6 +122,12 @@ impl Shared {
             }
         }
     }
+}
+
+/// Start and end of the tasks that a ticket has left.
+fn left(ticket: u64) -> Option<(u64, u64)> {
+    let (start, end) = (ticket & 0xffff, (ticket >> 16) & 0xffff);
+    (start < end).then_some((start, end))
 }
 
 /// A team of `threads` threads, the calling one included.
@@ -135,7 +151,7 @@ impl Workers {
     pub fn new(threads: usize) -> Self {
         let workers = threads.saturating_sub(1);
         let shared = Arc::new(Shared {
-            ticket: AtomicU64::new(0),
+            tickets: Default::default(),
             task: UnsafeCell::new(None),
             done: AtomicUsize::new(0),
             panicked: AtomicBool::new(false),
@@ -162,46 +178,43 @@ impl Workers {
     /// Calls `task` once for each number below `tasks`, on whichever thread is free, and returns when
     /// all are done. Takes `&mut self` so that calls cannot overlap.
     pub fn run(&mut self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
-        self.run_on(tasks, &|_, number| task(number));
+        self.run_stages([tasks, 0], &|_, _, number| task(number));
     }
 
-    /// As [`Workers::run`]; `task` is also told, first, the number of the thread it runs on, below
-    /// [`Workers::threads`]. No two tasks run at the same time on one thread.
-    pub fn run_on(&mut self, tasks: usize, task: &(dyn Fn(usize, usize) + Sync)) {
+    /// Calls `task` once for each number of each stage, below the tasks that the stage has, and returns when all are
+    /// done. `task` is told the number of the thread it runs on, below [`Workers::threads`], the stage and its number in
+    /// it. No two tasks run at the same time on one thread, but those of the second stage begin as soon as all of
+    /// the first are taken; what they need of them they must await at a [`Gate`].
+    pub fn run_stages(&mut self, stages: [usize; MAX_STAGES], task: &StagedTask<'_>) {
+        let tasks: usize = stages.iter().sum();
         if self.handles.is_empty() || tasks <= 1 {
-            (0..tasks).for_each(|number| task(0, number));
+            for (stage, tasks) in stages.into_iter().enumerate() {
+                (0..tasks).for_each(|number| task(0, stage, number));
+            }
             return;
         }
-        assert!(tasks <= MAX_TASKS);
+        assert!(stages.iter().all(|&tasks| tasks <= MAX_TASKS));
         let shared = &*self.shared;
         // SAFETY: no claim is outstanding, see `Shared`. The lifetime of `task` is erased; the borrow
         // outlives every use because this function returns only when all tasks are done.
         unsafe {
-            *shared.task.get() = Some(std::mem::transmute::<&(dyn Fn(usize, usize) + Sync), Task>(
-                task,
-            ));
+            *shared.task.get() = Some(std::mem::transmute::<&StagedTask<'_>, Task>(task));
         }
         shared.done.store(0, Ordering::Relaxed);
-        let generation = (shared.ticket.load(Ordering::Relaxed) >> 32).wrapping_add(1);
-        shared.ticket.store(
-            (generation << 32) | ((tasks as u64) << 16),
-            Ordering::SeqCst,
-        );
+        for (ticket, tasks) in shared.tickets.iter().zip(stages) {
+            let generation = (ticket.load(Ordering::Relaxed) >> 32).wrapping_add(1);
+            ticket.store(
+                (generation << 32) | ((tasks as u64) << 16),
+                Ordering::SeqCst,
+            );
+        }
         for (sleeping, handle) in shared.sleeping.iter().zip(&self.handles) {
             if sleeping.load(Ordering::SeqCst) {
                 handle.thread().unpark();
             }
         }
         while shared.work(0) {}
-        let mut polls = 0;
-        while shared.done.load(Ordering::Acquire) < tasks {
-            polls += 1;
-            if polls % CALLER_SPINS == 0 {
-                thread::yield_now();
-            } else {
-                hint::spin_loop();
-            }
-        }
+        spin_until(|| shared.done.load(Ordering::Acquire) >= tasks);
         assert!(
             !shared.panicked.load(Ordering::Relaxed),
             "a task of the learner panicked"
@@ -251,6 +264,47 @@ impl Drop for Workers {
     }
 }
 
+/// Polls until `condition` holds, which another thread is about to bring about.
+fn spin_until(condition: impl Fn() -> bool) {
+    let mut polls = 0;
+    while !condition() {
+        polls += 1;
+        if polls % WAITING_SPINS == 0 {
+            thread::yield_now();
+        } else {
+            hint::spin_loop();
+        }
+    }
+}
+
+/// Holds tasks of the second stage until one of the first is done.
+#[derive(Debug, Default)]
+pub struct Gate(AtomicBool);
+
+impl Gate {
+    /// Until it is opened.
+    pub fn close(&mut self) {
+        *self.0.get_mut() = false;
+    }
+
+    /// Opens it when the result is dropped, at the end of the task, should it panic too.
+    pub fn open_at_end(&self) -> impl Drop {
+        struct Opener<'a>(&'a AtomicBool);
+        impl Drop for Opener<'_> {
+            fn drop(&mut self) {
+                self.0.store(true, Ordering::Release);
+            }
+        }
+        Opener(&self.0)
+    }
+
+    /// Waits for the gate to open. The task that opens it must have been taken before, as those of the first stage are
+    /// when one of the second begins.
+    pub fn wait(&self) {
+        spin_until(|| self.0.load(Ordering::Acquire));
+    }
+}
+
 /// A mutable slice handed out to tasks in pieces.
 pub(crate) struct Disjoint<'a, E> {
     start: *mut E,
@@ -258,7 +312,7 @@ pub(crate) struct Disjoint<'a, E> {
     borrow: std::marker::PhantomData<&'a mut [E]>,
 }
 
-// SAFETY: hands out `&mut E` to other threads, sound for `E: Send`.
+// SAFETY: hands out `&mut E` to other threads, sound for `E: Send`, and `&E` of those that are `Sync`.
 unsafe impl<E: Send> Sync for Disjoint<'_, E> {}
 
 impl<'a, E> Disjoint<'a, E> {
@@ -279,5 +333,17 @@ impl<'a, E> Disjoint<'a, E> {
         assert!(from <= to && to <= self.len);
         // SAFETY: in bounds; disjointness is the caller's.
         unsafe { std::slice::from_raw_parts_mut(self.start.add(from), to - from) }
+    }
+    /// The element `index`, to read.
+    ///
+    /// # Safety
+    /// No piece alive at the same time may hold it.
+    pub unsafe fn shared(&self, index: usize) -> &'a E
+    where
+        E: Sync,
+    {
+        assert!(index < self.len);
+        // SAFETY: in bounds; that nobody writes is the caller's.
+        unsafe { &*self.start.add(index) }
     }
 }
