@@ -37,7 +37,6 @@ pub struct Agent {
     /// What the actor goes on to imitate.
     pub(crate) rehearsal: Option<Rehearsal>,
     slots: Vec<usize>,
-    batch: Batch<f32>,
     noise: [Vec<f32>; 2],
     scratch: PolicyScratch,
 }
@@ -60,7 +59,6 @@ impl Agent {
         Ok(Self {
             scratch: PolicyScratch::new(&learner.actor.network),
             slots: vec![0; rows],
-            batch: Batch::zeros(rows, observation_size, action_size),
             noise: [0, 1].map(|_| vec![0.0; rows * action_size]),
             streams: Streams {
                 sampling,
@@ -95,7 +93,7 @@ impl Agent {
 
     /// The task's mirror.
     pub fn mirror(&self) -> Option<&Mirror> {
-        self.learner.mirror.as_ref()
+        self.learner.mirror.as_deref()
     }
 
     /// Updates made so far.
@@ -265,24 +263,20 @@ impl Agent {
             self.learner.action_size,
         )?;
         let config = &self.learner.config;
+        let mirror = self.learner.mirror.clone();
         let mirrored = (config.mirrored_fraction * config.batch_size as f64).round() as usize;
         let sampling = Sampling {
             n_step: config.n_step,
             gamma: config.gamma,
             alpha: self.learner.temperature.alpha,
-            mirrored: self
-                .learner
-                .mirror
-                .as_ref()
-                .map(|mirror| (mirror, mirrored)),
+            mirrored: mirror.as_deref().map(|mirror| (mirror, mirrored)),
         };
         replay.draw(&mut self.streams.sampling, &mut self.slots)?;
         for noise in &mut self.noise {
             fill_normal(&mut self.streams.noise, noise);
         }
-        replay.gather(&self.slots, &sampling, &mut self.batch)?;
         if let Some(rehearsal) = &self.rehearsal {
-            let mirror = self.learner.mirror.as_ref().filter(|_| mirrored > 0);
+            let mirror = mirror.as_deref().filter(|_| mirrored > 0);
             let half = self.learner.config.rehearsal_rows / 2;
             rehearsal.draw(
                 &mut self.streams.sampling,
@@ -290,8 +284,11 @@ impl Agent {
                 &mut self.learner.rehearsed,
             );
         }
-        let [next, current] = &self.noise;
-        self.learner.update(&self.batch, Noise { next, current })
+        let ([next, current], slots) = (&self.noise, &self.slots);
+        self.learner.update_from(
+            &|chosen, batch| replay.gather_part(slots, chosen, &sampling, batch),
+            Noise { next, current },
+        )
     }
 
     /// One update with a given batch and noise, for comparison with other implementations.

@@ -370,7 +370,7 @@ impl Agent {
             config: learner.config.clone(),
             observation_size: learner.observation_size,
             action_size: learner.action_size,
-            mirror: learner.mirror.clone(),
+            mirror: learner.mirror.as_deref().cloned(),
             temperature: learner.temperature,
             updates: learner.updates,
             actor_steps: learner.actor.steps,

@@ -7,6 +7,7 @@
 
 use std::cmp::Ordering;
 use std::ops::Range;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
@@ -127,12 +128,16 @@ struct Scratch<T> {
     selected: [Vec<usize>; 2],
 }
 
-/// What both critics learn from one chunk.
+/// One chunk of the batch and what the critics are to learn from it.
 #[derive(Debug)]
-struct Targets<T> {
-    values: Vec<T>,
+struct Examples<T> {
+    batch: Batch<T>,
+    targets: Vec<T>,
     sums: Sums,
 }
+
+/// Fills the rows of a chunk, given which rows of the whole batch they are.
+type Fill<'a, T> = dyn Fn(Range<usize>, &mut Batch<T>) + Sync + 'a;
 
 /// What the actor's loss on one chunk leaves for the actor's backward pass.
 #[derive(Debug)]
@@ -178,7 +183,8 @@ pub struct Learner<T> {
     pub(crate) config: SacConfig,
     pub(crate) observation_size: usize,
     pub(crate) action_size: usize,
-    pub(crate) mirror: Option<Mirror>,
+    /// Shared, so that who fills the batch can mirror while the learner learns.
+    pub(crate) mirror: Option<Arc<Mirror>>,
     /// The policy network.
     pub actor: Trained<T>,
     /// Both critics.
@@ -191,7 +197,7 @@ pub struct Learner<T> {
     pub(crate) updates: u64,
     pub(crate) stats: UpdateStats,
     /// For each chunk of the batch.
-    target_values: Vec<Targets<T>>,
+    examples: Vec<Examples<T>>,
     actor_losses: Vec<ActorLoss<T>>,
     /// For each chunk of the batch those of the first critic, then of the second.
     critic_parts: Vec<Part<T>>,
@@ -287,10 +293,14 @@ impl<T: Real> Learner<T> {
         };
         let critic_parts = parts(2 * chunks, &critics[0].network);
         let actor_parts = parts(chunks + rehearsal_rows.div_ceil(CHUNK), &actor.network);
-        let target_values = (0..chunks)
-            .map(|_| Targets {
-                values: vec![T::ZERO; CHUNK],
-                sums: Sums::default(),
+        let examples = (0..chunks)
+            .map(|chunk| {
+                let rows = rows_of(chunk, config.batch_size).len();
+                Examples {
+                    batch: Batch::zeros(rows, observation_size, action_size),
+                    targets: vec![T::ZERO; rows],
+                    sums: Sums::default(),
+                }
             })
             .collect();
         let mirrored = config.mirror_loss_weight > 0.0;
@@ -305,7 +315,7 @@ impl<T: Real> Learner<T> {
             config,
             observation_size,
             action_size,
-            mirror,
+            mirror: mirror.map(Arc::new),
             actor,
             critics,
             targets,
@@ -314,7 +324,7 @@ impl<T: Real> Learner<T> {
             updates: 0,
             stats: UpdateStats::default(),
             rehearsed: Rehearsed::default(),
-            target_values,
+            examples,
             actor_losses,
             critic_parts,
             actor_parts,
@@ -377,14 +387,29 @@ impl<T: Real> Learner<T> {
         batch: &Batch<T>,
         noise: Noise<'_, T>,
     ) -> Result<UpdateStats, SacError> {
-        self.check(batch, noise)?;
+        self.check(batch)?;
+        self.update_from(&|chosen, rows| rows.copy_rows(batch, chosen), noise)
+    }
+
+    /// One whole update with a batch that the threads fill themselves, each the chunks that it works on.
+    ///
+    /// # Errors
+    /// As [`Learner::update`].
+    pub(crate) fn update_from(
+        &mut self,
+        fill: &Fill<'_, T>,
+        noise: Noise<'_, T>,
+    ) -> Result<UpdateStats, SacError> {
+        let numbers = self.config.batch_size * self.action_size;
+        length("noise.next", noise.next.len(), numbers)?;
+        length("noise.current", noise.current.len(), numbers)?;
         self.updates += 1;
         self.stats.alpha = self.temperature.alpha;
         self.stats.actor_updated = false;
         // Clipping needs the norm of the whole gradient before the first parameter moves; otherwise each range of
         // parameters is summed up and moved while the cache holds it.
         let clipping = self.config.max_grad_norm.is_some();
-        let chunks = self.critic_chunks(batch, noise.next);
+        let chunks = self.critic_chunks(fill, noise.next);
         if clipping {
             self.finish_critics(Some(chunks), false);
         }
@@ -393,7 +418,7 @@ impl<T: Real> Learner<T> {
             .updates
             .is_multiple_of(u64::from(self.config.actor_every))
         {
-            let chunks = self.actor_chunks(batch, noise.current);
+            let chunks = self.actor_chunks(noise.current);
             if clipping {
                 self.finish_actor(Some(chunks), false);
             }
@@ -405,7 +430,7 @@ impl<T: Real> Learner<T> {
         Ok(self.stats)
     }
 
-    fn check(&self, batch: &Batch<T>, noise: Noise<'_, T>) -> Result<(), SacError> {
+    fn check(&self, batch: &Batch<T>) -> Result<(), SacError> {
         let rows = batch.rows();
         length("batch.rewards", rows, self.config.batch_size)?;
         length(
@@ -429,12 +454,6 @@ impl<T: Real> Learner<T> {
             "batch.next_entropy_scales",
             batch.next_entropy_scales.len(),
             rows,
-        )?;
-        length("noise.next", noise.next.len(), rows * self.action_size)?;
-        length(
-            "noise.current",
-            noise.current.len(),
-            rows * self.action_size,
         )
     }
 
@@ -460,14 +479,16 @@ impl<T: Real> Learner<T> {
         Ok(())
     }
 
-    /// Losses of the critics and their gradients, at the current parameters.
+    /// Losses of the critics and their gradients, at the current parameters, for a batch that [`Learner::update`] would
+    /// take.
     pub fn critic_gradients(&mut self, batch: &Batch<T>, noise: &[T]) {
-        let chunks = self.critic_chunks(batch, noise);
+        let fill = |chosen: Range<usize>, rows: &mut Batch<T>| rows.copy_rows(batch, chosen);
+        let chunks = self.critic_chunks(&fill, noise);
         self.finish_critics(Some(chunks), false);
     }
 
     /// Runs the chunks and gives how many they are.
-    fn critic_chunks(&mut self, batch: &Batch<T>, noise: &[T]) -> usize {
+    fn critic_chunks(&mut self, fill: &Fill<'_, T>, noise: &[T]) -> usize {
         let Trained {
             network: actor,
             transposed,
@@ -475,14 +496,15 @@ impl<T: Real> Learner<T> {
         } = &mut self.actor;
         let (actor, critics, targets) = (&*actor, &self.critics, &self.targets);
         let alpha = T::from_f64(self.temperature.alpha);
-        let rows = batch.rows();
+        let (rows, action_size) = (self.config.batch_size, self.action_size);
+        let per_row = T::ONE / T::from_f64(rows as f64);
         let count = rows.div_ceil(CHUNK);
         // The actor's backward pass comes later in the update, so a thread may bring its copies up to date now.
         let stale = std::mem::take(&mut self.actor_stale);
         let transposed = Disjoint::new(std::slice::from_mut(transposed));
         self.gates.iter_mut().for_each(Gate::close);
         let gates = &self.gates;
-        let target_values = Disjoint::new(&mut self.target_values[..count]);
+        let examples = Disjoint::new(&mut self.examples[..]);
         let parts = Disjoint::new(&mut self.critic_parts[..2 * count]);
         let scratches = Disjoint::new(&mut self.scratches);
         let stages = [count, 2 * count + usize::from(stale)];
@@ -490,32 +512,30 @@ impl<T: Real> Learner<T> {
             // SAFETY: a thread does one task at a time.
             let scratch = unsafe { &mut scratches.range(thread, thread + 1)[0] };
             let chunk = task % count;
-            let chosen = chunk * CHUNK..((chunk + 1) * CHUNK).min(rows);
             if stage == 0 {
                 let _open_at_end = gates[chunk].open_at_end();
                 // SAFETY: one task for each chunk, and who reads it waits for the gate.
-                let values = unsafe { &mut target_values.range(chunk, chunk + 1)[0] };
-                scratch.target_pass(actor, targets, batch, noise, chosen, alpha, values);
+                let examples = unsafe { &mut examples.range(chunk, chunk + 1)[0] };
+                let chosen = rows_of(chunk, rows);
+                fill(chosen.clone(), &mut examples.batch);
+                let noise = &noise[chosen.start * action_size..chosen.end * action_size];
+                scratch.target_pass(actor, targets, noise, alpha, examples);
             } else if task == 2 * count {
                 // SAFETY: one task only does this.
                 actor.refresh(unsafe { &mut transposed.range(0, 1)[0] });
             } else {
                 gates[chunk].wait();
-                // SAFETY: each part is taken once, and nobody writes the values any more.
-                let (part, values) = unsafe {
-                    (
-                        &mut parts.range(task, task + 1)[0],
-                        target_values.shared(chunk),
-                    )
-                };
+                // SAFETY: each part is taken once, and nobody writes the examples any more.
+                let (part, examples) =
+                    unsafe { (&mut parts.range(task, task + 1)[0], examples.shared(chunk)) };
                 let network = task / count;
-                scratch.critic_pass(network, &critics[network], batch, chosen, values, part);
+                scratch.critic_pass(network, &critics[network], per_row, examples, part);
             }
         });
         let sums = total(
-            self.target_values[..count]
+            self.examples
                 .iter()
-                .map(|values| &values.sums)
+                .map(|examples| &examples.sums)
                 .chain(self.critic_parts[..2 * count].iter().map(|part| &part.sums)),
         );
         let per_row = 1.0 / rows as f64;
@@ -555,29 +575,35 @@ impl<T: Real> Learner<T> {
         }
     }
 
-    /// Loss of the actor and its gradient, at the current parameters.
+    /// Loss of the actor and its gradient, at the current parameters, for a batch that [`Learner::update`] would take.
     pub fn actor_gradient(&mut self, batch: &Batch<T>, noise: &[T]) {
-        let chunks = self.actor_chunks(batch, noise);
+        for (chunk, examples) in self.examples.iter_mut().enumerate() {
+            let chosen = rows_of(chunk, self.config.batch_size);
+            examples.batch.copy_rows(batch, chosen);
+        }
+        let chunks = self.actor_chunks(noise);
         self.finish_actor(Some(chunks), false);
     }
 
-    /// Runs the chunks and gives how many they are.
-    fn actor_chunks(&mut self, batch: &Batch<T>, noise: &[T]) -> usize {
+    /// Runs the chunks, which are filled, and gives how many they are.
+    fn actor_chunks(&mut self, noise: &[T]) -> usize {
         if std::mem::take(&mut self.actor_stale) {
             self.actor.refresh();
         }
         let (actor, critics) = (&self.actor, &self.critics);
         let alpha = T::from_f64(self.temperature.alpha);
-        let rows = batch.rows();
+        let rows = self.config.batch_size;
         let mirror = self
             .mirror
-            .as_ref()
+            .as_deref()
             .filter(|_| self.config.mirror_loss_weight > 0.0)
             .map(|mirror| (mirror, T::from_f64(self.config.mirror_loss_weight)));
         let (rehearsed, action_size) = (&self.rehearsed, self.action_size);
         let rehearsed_rows = rehearsed.actions.len() / action_size;
         let weight = T::from_f64(self.config.rehearsal_weight / rehearsed_rows.max(1) as f64);
+        let per_row = T::ONE / T::from_f64(rows as f64);
         let batch_chunks = rows.div_ceil(CHUNK);
+        let examples = &self.examples;
         let count = batch_chunks + rehearsed_rows.div_ceil(CHUNK);
         self.gates.iter_mut().for_each(Gate::close);
         let gates = &self.gates;
@@ -592,30 +618,24 @@ impl<T: Real> Learner<T> {
                 // the second.
                 let part = || unsafe { &mut parts.range(task, task + 1)[0] };
                 if let Some(chunk) = task.checked_sub(batch_chunks) {
-                    let chosen = chunk * CHUNK..((chunk + 1) * CHUNK).min(rehearsed_rows);
+                    let chosen = rows_of(chunk, rehearsed_rows);
                     scratch.rehearsal_pass(actor, rehearsed, action_size, chosen, weight, part());
                     return;
                 }
-                let chosen = task * CHUNK..((task + 1) * CHUNK).min(rows);
+                let batch = &examples[task].batch;
                 if stage == 0 {
                     let _open_at_end = gates[task].open_at_end();
                     // SAFETY: one task for each chunk, and who reads it waits for the gate.
                     let loss = unsafe { &mut losses.range(task, task + 1)[0] };
-                    scratch.actor_loss(
-                        &actor.network,
-                        critics,
-                        mirror,
-                        batch,
-                        noise,
-                        chosen,
-                        alpha,
-                        loss,
-                    );
+                    let chosen = rows_of(task, rows);
+                    let noise = &noise[chosen.start * action_size..chosen.end * action_size];
+                    let actor = &actor.network;
+                    scratch.actor_loss(actor, critics, mirror, batch, noise, alpha, per_row, loss);
                 } else {
                     gates[task].wait();
                     // SAFETY: nobody writes it any more.
                     let loss = unsafe { losses.shared(task) };
-                    scratch.actor_back(actor, mirror.is_some(), batch, chosen, loss, part());
+                    scratch.actor_back(actor, mirror.is_some(), batch, loss, part());
                 }
             });
         let rehearsed_parts = &self.actor_parts[batch_chunks..count];
@@ -851,10 +871,9 @@ fn add_up<T: Real>(parts: &[Part<T>], from: usize, gradient: &mut [T]) {
     }
 }
 
-/// The part of a matrix with as many rows as the batch that belongs to the chosen rows.
-fn of_rows<'a, T: Real>(matrix: &'a [T], batch: &Batch<T>, chosen: &Range<usize>) -> &'a [T] {
-    let size = matrix.len() / batch.rows();
-    &matrix[chosen.start * size..chosen.end * size]
+/// The rows of so many that belong to a chunk.
+fn rows_of(chunk: usize, rows: usize) -> Range<usize> {
+    chunk * CHUNK..((chunk + 1) * CHUNK).min(rows)
 }
 
 /// Scratch for each of the threads.
@@ -902,21 +921,18 @@ impl<T: Real> Scratch<T> {
         }
     }
 
-    /// Targets y = R + Γ (min Q'(s', a') − α c' ln π(a'|s')) of the chosen rows.
-    #[allow(clippy::too_many_arguments)]
+    /// Targets y = R + Γ (min Q'(s', a') − α c' ln π(a'|s')).
     fn target_pass(
         &mut self,
         actor: &Mlp<T>,
         targets: &[Mlp<T>; 2],
-        batch: &Batch<T>,
         noise: &[T],
-        chosen: Range<usize>,
         alpha: T,
-        result: &mut Targets<T>,
+        examples: &mut Examples<T>,
     ) {
-        let rows = chosen.len();
-        let next = of_rows(&batch.next_observations, batch, &chosen);
-        let noise = of_rows(noise, batch, &chosen);
+        let batch = &examples.batch;
+        let rows = batch.rows();
+        let next = &batch.next_observations;
         let (observation_size, action_size) = (next.len() / rows, noise.len() / rows);
         actor.forward(rows, next, observation_size, &mut self.actor);
         gaussian::sample(
@@ -939,35 +955,32 @@ impl<T: Real> Scratch<T> {
         }
         let mut sums = Sums::default();
         for row in 0..rows {
-            let place = chosen.start + row;
             let value = smaller(self.critics[0].out[row], self.critics[1].out[row])
-                - alpha * batch.next_entropy_scales[place] * self.log_probs[row];
+                - alpha * batch.next_entropy_scales[row] * self.log_probs[row];
             // A terminated row must not see a value that is not finite either.
-            let discount = batch.discounts[place];
+            let discount = batch.discounts[row];
             let future = if discount == T::ZERO {
                 T::ZERO
             } else {
                 discount * value
             };
-            result.values[row] = batch.rewards[place] + future;
-            sums.target += result.values[row].to_f64();
+            examples.targets[row] = batch.rewards[row] + future;
+            sums.target += examples.targets[row].to_f64();
         }
-        result.sums = sums;
+        examples.sums = sums;
     }
 
-    /// Loss (Q − y)² / 2 of one critic on the chosen rows, gradient.
+    /// Loss (Q − y)² / 2 of one critic, gradient.
     fn critic_pass(
         &mut self,
         index: usize,
         critic: &Trained<T>,
-        batch: &Batch<T>,
-        chosen: Range<usize>,
-        targets: &Targets<T>,
+        per_row: T,
+        examples: &Examples<T>,
         result: &mut Part<T>,
     ) {
-        let rows = chosen.len();
-        let observations = of_rows(&batch.observations, batch, &chosen);
-        let actions = of_rows(&batch.actions, batch, &chosen);
+        let rows = examples.batch.rows();
+        let (observations, actions) = (&examples.batch.observations, &examples.batch.actions);
         let (observation_size, action_size) = (observations.len() / rows, actions.len() / rows);
         join(
             observation_size,
@@ -980,10 +993,9 @@ impl<T: Real> Scratch<T> {
         let network = &critic.network;
         let activations = &mut self.critics[index];
         network.forward(rows, &self.critic_input, width, activations);
-        let per_row = T::ONE / T::from_f64(batch.rows() as f64);
         let mut sums = Sums::default();
         for row in 0..rows {
-            let error = activations.out[row] - targets.values[row];
+            let error = activations.out[row] - examples.targets[row];
             self.d_critic[row] = error * per_row;
             sums.critic_loss[index] += 0.5 * (error * error).to_f64();
             sums.q += activations.out[row].to_f64();
@@ -1001,7 +1013,7 @@ impl<T: Real> Scratch<T> {
         result.sums = sums;
     }
 
-    /// Loss α c ln π(a|s) − min Q(s, a) of the chosen rows with a drawn anew, mirror loss, and the derivative in the
+    /// Loss α c ln π(a|s) − min Q(s, a) with a drawn anew, mirror loss, and the derivative in the
     /// actor's outputs.
     #[allow(clippy::too_many_arguments)]
     fn actor_loss(
@@ -1011,13 +1023,12 @@ impl<T: Real> Scratch<T> {
         mirror: Option<(&Mirror, T)>,
         batch: &Batch<T>,
         noise: &[T],
-        chosen: Range<usize>,
         alpha: T,
+        per_row: T,
         result: &mut ActorLoss<T>,
     ) {
-        let rows = chosen.len();
-        let observations = of_rows(&batch.observations, batch, &chosen);
-        let noise = of_rows(noise, batch, &chosen);
+        let rows = batch.rows();
+        let observations = &batch.observations;
         let (observation_size, action_size) = (observations.len() / rows, noise.len() / rows);
         let width = observation_size + action_size;
         let outputs = 2 * action_size;
@@ -1058,7 +1069,6 @@ impl<T: Real> Scratch<T> {
                 .forward(rows, &self.critic_input, width, activations);
         }
 
-        let per_row = T::ONE / T::from_f64(batch.rows() as f64);
         let mut sums = Sums::default();
         for selected in &mut self.selected {
             selected.clear();
@@ -1067,7 +1077,7 @@ impl<T: Real> Scratch<T> {
             let (q_1, q_2) = (self.critics[0].out[row], self.critics[1].out[row]);
             // Only the smaller critic passes a derivative on.
             self.selected[usize::from(q_2 < q_1)].push(row);
-            let weight = alpha * batch.entropy_scales[chosen.start + row];
+            let weight = alpha * batch.entropy_scales[row];
             self.d_log_prob[row] = weight * per_row;
             sums.actor_loss += (weight * self.log_probs[row] - smaller(q_1, q_2)).to_f64();
             sums.log_prob += self.log_probs[row].to_f64();
@@ -1112,21 +1122,20 @@ impl<T: Real> Scratch<T> {
         actor: &Trained<T>,
         mirrored: bool,
         batch: &Batch<T>,
-        chosen: Range<usize>,
         loss: &ActorLoss<T>,
         result: &mut Part<T>,
     ) {
-        let observations = of_rows(&batch.observations, batch, &chosen);
-        let (rows, input) = if mirrored {
-            (2 * chosen.len(), &loss.input[..])
+        let (rows, observations) = (batch.rows(), &batch.observations);
+        let (inputs, input) = if mirrored {
+            (2 * rows, &loss.input)
         } else {
-            (chosen.len(), observations)
+            (rows, observations)
         };
         actor.network.backward(
             &actor.transposed,
-            rows,
+            inputs,
             input,
-            observations.len() / chosen.len(),
+            observations.len() / rows,
             &loss.actor,
             &loss.d_actor,
             &mut self.actor_deltas,

@@ -4,6 +4,8 @@
 //! transition is one row further in the same stream and an n-step window is a walk along it. The time
 //! limit is *truncation*: the window stops and bootstraps. Only termination cuts the future off.
 
+use std::ops::Range;
+
 use rand::Rng;
 
 use crate::config::require;
@@ -102,6 +104,21 @@ impl<T: Real> Batch<T> {
     /// Rows.
     pub fn rows(&self) -> usize {
         self.rewards.len()
+    }
+
+    /// Takes over the chosen rows of another batch, as many as this one has.
+    pub(crate) fn copy_rows(&mut self, from: &Self, chosen: Range<usize>) {
+        let copy = |from: &[T], to: &mut [T]| {
+            let size = to.len() / chosen.len();
+            to.copy_from_slice(&from[chosen.start * size..chosen.end * size]);
+        };
+        copy(&from.observations, &mut self.observations);
+        copy(&from.actions, &mut self.actions);
+        copy(&from.rewards, &mut self.rewards);
+        copy(&from.discounts, &mut self.discounts);
+        copy(&from.entropy_scales, &mut self.entropy_scales);
+        copy(&from.next_entropy_scales, &mut self.next_entropy_scales);
+        copy(&from.next_observations, &mut self.next_observations);
     }
 }
 
@@ -360,7 +377,6 @@ impl ReplayBuffer {
                     break slot;
                 }
             };
-            prefetch(self.slot(slot));
             *place = slot;
         }
         Ok(())
@@ -396,25 +412,49 @@ impl ReplayBuffer {
             batch.next_observations.len(),
             slots.len() * self.observation_size,
         )?;
-        for (row, &slot) in slots.iter().enumerate() {
+        for &slot in slots {
             require(
                 slot < self.len(),
                 "slot",
                 &slot,
                 "below the number of transitions held",
             )?;
-            self.window(slot, sampling, row, batch);
         }
+        self.gather_part(slots, 0..slots.len(), sampling, batch);
         Ok(())
     }
 
+    /// The part of [`ReplayBuffer::gather`] that belongs to some of its slots, to the first rows of `batch`; what
+    /// that checks holds.
+    pub(crate) fn gather_part(
+        &self,
+        slots: &[usize],
+        part: Range<usize>,
+        sampling: &Sampling<'_>,
+        batch: &mut Batch<f32>,
+    ) {
+        for &slot in &slots[part.clone()] {
+            prefetch(self.slot(slot));
+        }
+        for (row, place) in part.enumerate() {
+            let mirror = sampling
+                .mirrored
+                .filter(|&(_, mirrored)| place + mirrored >= slots.len())
+                .map(|(mirror, _)| mirror);
+            self.window(slots[place], sampling, mirror, row, batch);
+        }
+    }
+
     /// Writes the window that starts at `slot` to row `row` of `batch`.
-    fn window(&self, slot: usize, sampling: &Sampling<'_>, row: usize, batch: &mut Batch<f32>) {
+    fn window(
+        &self,
+        slot: usize,
+        sampling: &Sampling<'_>,
+        mirror: Option<&Mirror>,
+        row: usize,
+        batch: &mut Batch<f32>,
+    ) {
         let (observation_size, action_size) = (self.observation_size, self.action_size);
-        let mirror = sampling
-            .mirrored
-            .filter(|&(_, mirrored)| row + mirrored >= batch.rows())
-            .map(|(mirror, _)| mirror);
         let copy = |map: Option<&[(usize, f32)]>, from: &[f32], to: &mut [f32]| match map {
             Some(map) => reflect(map, from, to),
             None => to.copy_from_slice(from),
