@@ -1,11 +1,12 @@
 //! How many updates a second the learner makes, for `benchmarks/compare.py`.
 //!
 //! `cargo run --release -p gaitshift-sac --example update_rate -- --hidden 128 --threads 1 [--layer-norm]
-//! [--transitions 200000] [--updates N]`
+//! [--count-zeros] [--transitions 200000] [--updates N]`
 //!
-//! With `--updates N` it makes so many updates and ends: `benchmarks/instructions.py` counts their instructions. Otherwise it
-//! counts updates as `benchmarks/protocol.rs` says. At the end of the input it prints the peak
-//! of its resident memory and the bytes of the replay buffer.
+//! With `--count-zeros` the zeros of rectified layers are multiplied like other numbers. With `--updates N` it makes so many
+//! updates and ends: `benchmarks/instructions.py` counts their instructions. Otherwise it counts updates as
+//! `benchmarks/protocol.rs` says. At the end of the input it prints the peak of its resident memory and the bytes of the
+//! replay buffer.
 
 #[path = "../../../benchmarks/protocol.rs"]
 mod protocol;
@@ -27,6 +28,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let target = match argument.as_str() {
             "--layer-norm" => {
                 layer_norm = true;
+                continue;
+            }
+            "--count-zeros" => {
+                gaitshift_sac::sparse::count_zeros_too();
                 continue;
             }
             "--hidden" => &mut hidden,

@@ -9,6 +9,8 @@
 //! load for a multiply-add, against seven for twelve in the dense kernel. So this one pays where it has a fifth less
 //! to do, and hands over to the dense one where it has not.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use crate::dense::{self, Epilogue, Product};
 use crate::lanes::{LANES, Lanes};
 use crate::real::{Real, wide};
@@ -113,6 +115,14 @@ fn transpose(square: &mut [u64; WORD]) {
     }
 }
 
+/// Whether every product is left to the dense kernel.
+static DENSE_ONLY: AtomicBool = AtomicBool::new(false);
+
+/// Makes the whole process multiply zeros like other numbers, with the same results: to compare the two.
+pub fn count_zeros_too() {
+    DENSE_ONLY.store(true, Ordering::Relaxed);
+}
+
 /// C = A B, given the pattern of A.
 ///
 /// # Panics
@@ -123,7 +133,8 @@ pub fn multiply<T: Real>(product: Product<'_, T>, pattern: &Pattern) {
         "the pattern is of another matrix"
     );
     let elements = (product.rows * product.shared) as f64;
-    if pattern.count() as f64 > CROWDED * elements {
+    let crowded = pattern.count() as f64 > CROWDED * elements;
+    if crowded || DENSE_ONLY.load(Ordering::Relaxed) {
         dense::multiply(product);
     } else {
         marked(product, pattern);
