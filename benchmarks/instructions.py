@@ -20,8 +20,9 @@ from compare import ACTIONS, BATCH, Failure, build, flop_per_update, table
 UPDATES = 20
 # What a function is for, by the first pattern found in its name.
 PARTS = [
-    ("products of layers and of their derivatives", r"dense::(?!.*outer).*(matmul|blocks|strip|tile)"),
-    ("gradients of weights", r"dense::.*outer"),
+    ("products that leave out zeros", r"sparse::(marked|strip)"),
+    ("marking zeros", r"sparse::"),
+    ("dense products: first layers, their weights' gradients", r"dense::"),
     ("Adam, targets, sums of gradients", r"adam::|finish|add_up"),
     ("output layers and biases", r"project|output_back|outputs_back|column_sums|sum_all_rows|tail_gradient|seed_sel|mask_sel"),
     ("copies of weights for the backward pass", r"refresh|transpose"),

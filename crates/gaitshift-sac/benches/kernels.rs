@@ -5,7 +5,7 @@
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use gaitshift_sac::dense::{self, Epilogue, Left, Product, padded, row_stride, weight_stride};
+use gaitshift_sac::dense::{self, Epilogue, Left, Product, padded, row_stride};
 use gaitshift_sac::{Buffer, CHUNK, Pattern, sparse};
 
 const UNITS: [usize; 4] = [64, 100, 128, 256];
@@ -50,7 +50,7 @@ fn forward(
     kept: Option<usize>,
 ) {
     let x = thinned(CHUNK * x_stride, kept.unwrap_or(100));
-    let weight = numbers(inputs * weight_stride(units));
+    let weight = numbers(inputs * row_stride(units));
     let bias = numbers(padded(units));
     let stride = row_stride(units);
     let mut y = numbers(CHUNK * stride);
@@ -64,7 +64,7 @@ fn forward(
                 columns: padded(units),
                 a: Left::rows(black_box(&x), x_stride),
                 b: black_box(&weight),
-                b_stride: weight_stride(units),
+                b_stride: row_stride(units),
                 c: &mut y,
                 c_stride: stride,
                 epilogue: Epilogue::BiasRelu(&bias),
@@ -91,7 +91,7 @@ fn weight_gradient(
         thinned(CHUNK * x_stride, kept.unwrap_or(100)),
         numbers(CHUNK * stride),
     );
-    let mut gradient = numbers(inputs * weight_stride(units));
+    let mut gradient = numbers(inputs * row_stride(units));
     let (mut stored, mut turned) = (Pattern::new(CHUNK, inputs), Pattern::new(CHUNK, inputs));
     stored.read(CHUNK, inputs, &x, x_stride);
     bencher
@@ -105,7 +105,7 @@ fn weight_gradient(
                 b: black_box(&delta),
                 b_stride: stride,
                 c: &mut gradient,
-                c_stride: weight_stride(units),
+                c_stride: row_stride(units),
                 epilogue: Epilogue::None,
             };
             if kept.is_some() {

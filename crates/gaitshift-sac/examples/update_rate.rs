@@ -1,9 +1,9 @@
 //! How many updates a second the learner makes, for `benchmarks/compare.py`.
 //!
 //! `cargo run --release -p gaitshift-sac --example update_rate -- --hidden 128 --threads 1 [--layer-norm]
-//! [--count-zeros] [--transitions 200000] [--updates N]`
+//! [--count-zeros] [--avx2] [--transitions 200000] [--updates N]`
 //!
-//! With `--count-zeros` the zeros of rectified layers are multiplied like other numbers. With `--updates N` it makes so many
+//! With `--count-zeros` the zeros of rectified layers are multiplied like other numbers, with `--avx2` AVX-512 is not used. With `--updates N` it makes so many
 //! updates and ends: `benchmarks/instructions.py` counts their instructions. Otherwise it counts updates as
 //! `benchmarks/protocol.rs` says. At the end of the input it prints the peak of its resident memory and the bytes of the
 //! replay buffer.
@@ -28,6 +28,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let target = match argument.as_str() {
             "--layer-norm" => {
                 layer_norm = true;
+                continue;
+            }
+            "--avx2" => {
+                gaitshift_sac::dense::use_avx2_at_most();
                 continue;
             }
             "--count-zeros" => {

@@ -1,8 +1,8 @@
 //! Matrix products of the small dense layers, the nine tenths of an update.
 //!
-//! Matrices are stored row by row, columns padded to a multiple of 8. No packing is ever needed: the rows of a weight
-//! matrix are [`weight_stride`] apart, so that the strips of columns that the kernels walk along stay in the cache, and
-//! the optimiser, which works element by element, does not care.
+//! Matrices are stored row by row, columns padded to a multiple of 8. No packing is ever needed: rows are [`row_stride`]
+//! apart, so that the strips of columns that the kernels walk along stay in the cache, and the optimiser, which works
+//! element by element, does not care.
 //!
 //! Every output element is one sum in the order of the shared index, whatever the tile it falls in, so the
 //! result for a row does not depend on how many rows are computed with it. [`crate::sparse`] leaves out the terms of that
@@ -21,16 +21,10 @@ pub fn padded(columns: usize) -> usize {
     columns.next_multiple_of(LANES)
 }
 
-/// Distance between rows of an activation matrix of `columns` columns: an odd number of cache lines, so that
+/// Distance between the rows of a matrix of `columns` columns: an odd number of cache lines, so that
 /// a column walk visits every set of the first-level cache.
 pub fn row_stride(columns: usize) -> usize {
     (columns.div_ceil(LINE) | 1) * LINE
-}
-
-/// Distance between rows of a weight matrix of `columns` columns: an odd number of vectors, for the same reason. Half a
-/// line more or less, because the optimiser passes over the gap too.
-pub fn weight_stride(columns: usize) -> usize {
-    (columns.div_ceil(LANES) | 1) * LANES
 }
 
 /// What the sums of a row start from, and what becomes of them before they are stored.
@@ -133,28 +127,44 @@ pub fn multiply<T: Real>(product: Product<'_, T>) {
     T::multiply(product);
 }
 
-/// What is known about the processor.
+/// The widest vectors that the code uses on this processor.
 static KERNELS: AtomicU8 = AtomicU8::new(UNKNOWN);
 const UNKNOWN: u8 = 0;
-const AVX2_FMA: u8 = 1;
-const PORTABLE: u8 = 2;
+const PORTABLE: u8 = 1;
+const AVX2_FMA: u8 = 2;
+const AVX512: u8 = 3;
+
+#[inline(always)]
+fn kernels() -> u8 {
+    match KERNELS.load(Ordering::Relaxed) {
+        UNKNOWN => detect(),
+        kernels => kernels,
+    }
+}
 
 /// Whether the code for AVX2 and FMA runs.
 #[inline(always)]
 pub fn has_avx2_fma() -> bool {
-    match KERNELS.load(Ordering::Relaxed) {
-        UNKNOWN => detect(),
-        kernels => kernels == AVX2_FMA,
-    }
+    kernels() >= AVX2_FMA
+}
+
+/// Whether the code for AVX-512 runs, where there is some; that for AVX2 does then too.
+#[inline(always)]
+pub(crate) fn has_avx512() -> bool {
+    kernels() == AVX512
 }
 
 #[cold]
-fn detect() -> bool {
+fn detect() -> u8 {
+    let mut found = PORTABLE;
     #[cfg(target_arch = "x86_64")]
-    let found = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-    #[cfg(not(target_arch = "x86_64"))]
-    let found = false;
-    KERNELS.store(if found { AVX2_FMA } else { PORTABLE }, Ordering::Relaxed);
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        found = AVX2_FMA;
+        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("bmi1") {
+            found = AVX512;
+        }
+    }
+    KERNELS.store(found, Ordering::Relaxed);
     found
 }
 
@@ -162,6 +172,13 @@ fn detect() -> bool {
 /// before the first network is used.
 pub fn use_portable_kernels() {
     KERNELS.store(PORTABLE, Ordering::Relaxed);
+}
+
+/// Keeps the whole process from using AVX-512, with the same results: to compare the two.
+pub fn use_avx2_at_most() {
+    if has_avx512() {
+        KERNELS.store(AVX2_FMA, Ordering::Relaxed);
+    }
 }
 
 wide! {

@@ -7,7 +7,7 @@
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::dense::{self, Epilogue, Left, Product, padded, row_stride, weight_stride};
+use crate::dense::{self, Epilogue, Left, Product, padded, row_stride};
 use crate::lanes::{LANES, Lanes};
 use crate::random::uniform;
 use crate::real::{Buffer, LINE, Real, wide};
@@ -37,11 +37,9 @@ struct Hidden {
     units: usize,
     /// Columns as stored.
     padded: usize,
-    /// Distance between rows of its activations.
+    /// Distance between rows of its activations, and between the weights of one input and the next.
     stride: usize,
     weight: usize,
-    /// Distance between the weights of one input and the next.
-    weight_stride: usize,
     bias: usize,
     gain: usize,
     shift: usize,
@@ -49,7 +47,7 @@ struct Hidden {
 
 impl Hidden {
     fn weight_range(&self) -> std::ops::Range<usize> {
-        self.weight..self.weight + self.inputs * self.weight_stride
+        self.weight..self.weight + self.inputs * self.stride
     }
 }
 
@@ -81,8 +79,7 @@ impl Layout {
                     units,
                     padded,
                     stride: row_stride(units),
-                    weight: reserve(inputs * weight_stride(units)),
-                    weight_stride: weight_stride(units),
+                    weight: reserve(inputs * row_stride(units)),
                     bias: reserve(padded),
                     gain: if shape.layer_norm { reserve(padded) } else { 0 },
                     shift: if shape.layer_norm { reserve(padded) } else { 0 },
@@ -207,8 +204,7 @@ impl<T: Real> Mlp<T> {
         for (index, layer) in self.layout.hidden.iter().enumerate() {
             let weight = (0..layer.units)
                 .flat_map(|unit| {
-                    (0..layer.inputs)
-                        .map(move |input| layer.weight + input * layer.weight_stride + unit)
+                    (0..layer.inputs).map(move |input| layer.weight + input * layer.stride + unit)
                 })
                 .collect();
             places.push((
@@ -356,7 +352,7 @@ impl<T: Real> Mlp<T> {
         let mut transposed = Transposed {
             weights: self.layout.hidden[1..]
                 .iter()
-                .map(|layer| Buffer::zeros(layer.units * weight_stride(layer.inputs)))
+                .map(|layer| Buffer::zeros(layer.units * row_stride(layer.inputs)))
                 .collect(),
         };
         self.refresh(&mut transposed);
@@ -370,9 +366,9 @@ impl<T: Real> Mlp<T> {
                 layer.inputs,
                 layer.units,
                 &self.parameters[layer.weight_range()],
-                layer.weight_stride,
+                layer.stride,
                 out,
-                weight_stride(layer.inputs),
+                row_stride(layer.inputs),
             );
         }
     }
@@ -394,7 +390,7 @@ impl<T: Real> Mlp<T> {
                 columns: layer.padded,
                 a: Left::rows(x, x_stride),
                 b: &self.parameters[layer.weight_range()],
-                b_stride: layer.weight_stride,
+                b_stride: layer.stride,
                 c: &mut scratch.value,
                 c_stride: layer.stride,
                 epilogue: if self.shape.layer_norm {
@@ -516,7 +512,7 @@ impl<T: Real> Mlp<T> {
                 b: &deltas.front,
                 b_stride: layer.stride,
                 c: &mut gradient[layer.weight_range()],
-                c_stride: layer.weight_stride,
+                c_stride: layer.stride,
                 epilogue: Epilogue::None,
             };
             match below {
@@ -548,7 +544,7 @@ impl<T: Real> Mlp<T> {
             columns: below.padded,
             a: Left::rows(&deltas.front, layer.stride),
             b: transposed,
-            b_stride: weight_stride(layer.inputs),
+            b_stride: row_stride(layer.inputs),
             c: &mut deltas.back,
             c_stride: below.stride,
             epilogue,
@@ -622,7 +618,7 @@ impl<T: Real> Mlp<T> {
             }
         }
         let first = &hidden[0];
-        let before = (first.inputs - tail) * first.weight_stride;
+        let before = (first.inputs - tail) * first.stride;
         tail_gradient(
             selected,
             first.padded,
@@ -630,7 +626,6 @@ impl<T: Real> Mlp<T> {
             tail,
             &deltas.front,
             &self.parameters[first.weight_range()][before..],
-            first.weight_stride,
             d_tail,
         );
     }
@@ -1158,11 +1153,10 @@ wide! {
         tail: usize,
         delta: &[T],
         weight: &[T],
-        weight_stride: usize,
         d_tail: &mut [T],
     ) {
         for (delta, &row) in delta.chunks(stride).zip(selected) {
-            for (out, weight) in d_tail[row * tail..][..tail].iter_mut().zip(weight.chunks(weight_stride)) {
+            for (out, weight) in d_tail[row * tail..][..tail].iter_mut().zip(weight.chunks(stride)) {
                 *out = dot::<T, V>(&delta[..padded], &weight[..padded]);
             }
         }

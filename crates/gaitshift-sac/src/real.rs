@@ -8,6 +8,7 @@ use std::ops::{Add, AddAssign, Deref, DerefMut, Div, Mul, Neg, Sub, SubAssign};
 
 use crate::dense::{self, Product};
 use crate::lanes::{Lanes, Portable};
+use crate::sparse::{self, Pattern};
 
 /// A scalar of the network code: `f32` in use, `f64` to check gradients.
 pub trait Real:
@@ -49,6 +50,10 @@ pub trait Real:
     /// Matrix product with the fastest kernel this processor has (see [`dense::multiply`]).
     fn multiply(product: Product<'_, Self>) {
         dense::multiply_portable(product);
+    }
+    /// The product of [`sparse::multiply`] with the fastest kernel this processor has; the caller has checked it.
+    fn multiply_marked(product: Product<'_, Self>, pattern: &Pattern) {
+        sparse::marked(product, pattern);
     }
 }
 
@@ -168,6 +173,9 @@ real!(f32, WideF32 {
     }
     fn multiply(product: Product<'_, Self>) {
         dense::multiply_f32(product);
+    }
+    fn multiply_marked(product: Product<'_, Self>, pattern: &Pattern) {
+        sparse::marked_f32(product, pattern);
     }
 });
 

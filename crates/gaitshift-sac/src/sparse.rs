@@ -15,6 +15,9 @@ use crate::dense::{self, Epilogue, Product};
 use crate::lanes::{LANES, Lanes};
 use crate::real::{Real, wide};
 
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+
 /// Elements that a word marks.
 const WORD: usize = u64::BITS as usize;
 /// Vectors of sums in a row at most; with a factor they leave two of sixteen registers free.
@@ -80,19 +83,35 @@ impl Pattern {
     }
 }
 
+/// Marks of `GROUPS` groups of lanes.
+#[inline(always)]
+fn marks<T: Real, V: Lanes<T>, const GROUPS: usize>(x: &[T]) -> u64 {
+    let x = &x[..GROUPS * LANES];
+    let mut word = 0;
+    for group in 0..GROUPS {
+        word |= u64::from(V::load(x, group * LANES).not_zero()) << (group * LANES);
+    }
+    word
+}
+
 wide! {
-    fn mark<T, V>(columns: usize, x: &[T], stride: usize, marks: &mut [u64]) {
-        let words = columns.div_ceil(WORD);
+    fn mark<T, V>(columns: usize, x: &[T], stride: usize, words: &mut [u64]) {
+        let width = columns.div_ceil(WORD);
         let padded = dense::padded(columns);
-        for (row, marks) in marks.chunks_exact_mut(words).enumerate() {
-            for (word, x) in marks.iter_mut().zip(x[row * stride..][..padded].chunks(WORD)) {
-                *word = 0;
-                for (group, x) in x.chunks_exact(LANES).enumerate() {
-                    *word |= u64::from(V::load(x, 0).not_zero()) << (group * LANES);
-                }
+        // Padding is no element.
+        let last = u64::MAX >> (width * WORD - columns);
+        for (row, words) in words.chunks_exact_mut(width).enumerate() {
+            let (whole, rest) = x[row * stride..][..padded].as_chunks::<WORD>();
+            for (word, x) in words.iter_mut().zip(whole) {
+                *word = marks::<T, V, { WORD / LANES }>(x);
             }
-            // Padding is no element.
-            marks[words - 1] &= u64::MAX >> (words * WORD - columns);
+            if let Some(word) = words.get_mut(whole.len()) {
+                *word = rest
+                    .chunks_exact(LANES)
+                    .rev()
+                    .fold(0, |word, x| word << LANES | marks::<T, V, 1>(x));
+            }
+            words[width - 1] &= last;
         }
     }
 }
@@ -137,8 +156,20 @@ pub fn multiply<T: Real>(product: Product<'_, T>, pattern: &Pattern) {
     if crowded || DENSE_ONLY.load(Ordering::Relaxed) {
         dense::multiply(product);
     } else {
-        marked(product, pattern);
+        product.check();
+        T::multiply_marked(product, pattern);
     }
+}
+
+/// [`multiply`] of `f32`, not crowded and checked, with the fastest kernel of this processor.
+pub(crate) fn marked_f32(product: Product<'_, f32>, pattern: &Pattern) {
+    #[cfg(target_arch = "x86_64")]
+    if dense::has_avx512() {
+        // SAFETY: the processor has AVX-512; `multiply` has checked the rest.
+        unsafe { avx512::multiply(product, pattern) };
+        return;
+    }
+    marked(product, pattern);
 }
 
 /// Columns from `first` on, `N` vectors of them.
@@ -196,8 +227,8 @@ fn strip<T: Real, V: Lanes<T>, const N: usize>(
 }
 
 wide! {
-    fn marked<T, V>(product: Product<'_, T>, pattern: &Pattern) {
-        product.check();
+    /// [`multiply`], not crowded and checked, for any processor and scalar.
+    pub(crate) fn marked<T, V>(product: Product<'_, T>, pattern: &Pattern) {
         let mut product = product;
         let vectors = product.columns / LANES;
         let strips = vectors.div_ceil(MOST);
