@@ -116,7 +116,7 @@ unsafe fn strip<const N: usize, const HALF: bool>(
 #[target_feature(enable = "avx512f,avx2,fma,bmi1")]
 pub unsafe fn multiply(mut product: Product<'_, f32>, pattern: &Pattern) {
     let vectors = product.columns / WIDE;
-    let odd = product.columns % WIDE > 0;
+    let odd = !product.columns.is_multiple_of(WIDE);
     let strips = vectors.div_ceil(MOST).max(1);
     for index in 0..strips {
         let (from, to) = (vectors * index / strips, vectors * (index + 1) / strips);
