@@ -15,6 +15,8 @@ use crate::real::{LINE, Real, wide};
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 
 /// Columns of a matrix as stored: `columns` rounded up to a multiple of [`LANES`].
 pub fn padded(columns: usize) -> usize {
@@ -237,8 +239,14 @@ pub(crate) fn multiply_f32(product: Product<'_, f32>) {
     #[cfg(target_arch = "x86_64")]
     if has_avx2_fma() {
         product.check();
-        // SAFETY: the processor has AVX2 and FMA, and `check` holds.
-        unsafe { avx2::multiply(product) };
+        // SAFETY: the processor has AVX2 and FMA, AVX-512 where that is asked for, and `check` holds.
+        unsafe {
+            if has_avx512() {
+                avx512::multiply(product);
+            } else {
+                avx2::multiply(product);
+            }
+        }
         return;
     }
     multiply_portable(product);

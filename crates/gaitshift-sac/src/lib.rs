@@ -90,4 +90,4 @@ pub use real::{Buffer, LINE, Real};
 pub use rehearsal::{Rehearsal, Rehearsed};
 pub use replay::{Batch, ReplayBuffer, Sampling, Transitions};
 pub use sparse::Pattern;
-pub use workers::Workers;
+pub use workers::{Gate, Workers};

@@ -183,8 +183,8 @@ impl Workers {
 
     /// Calls `task` once for each number of each stage, below the tasks that the stage has, and returns when all are
     /// done. `task` is told the number of the thread it runs on, below [`Workers::threads`], the stage and its number in
-    /// it. No two tasks run at the same time on one thread, but those of the second stage begin as soon as all of
-    /// the first are taken; what they need of them they must await at a [`Gate`].
+    /// it. No two tasks run at the same time on one thread, but those of the second stage may begin while some of the first
+    /// still run; what they need of them they must await at a [`Gate`].
     pub fn run_stages(&mut self, stages: [usize; MAX_STAGES], task: &StagedTask<'_>) {
         let tasks: usize = stages.iter().sum();
         if self.handles.is_empty() || tasks <= 1 {
@@ -298,8 +298,8 @@ impl Gate {
         Opener(&self.0)
     }
 
-    /// Waits for the gate to open. The task that opens it must have been taken before, as those of the first stage are
-    /// when one of the second begins.
+    /// Waits for the gate to open. It does, because the thread that called [`Workers::run_stages`] takes tasks of the first
+    /// stage until none is left, whatever the others do.
     pub fn wait(&self) {
         spin_until(|| self.0.load(Ordering::Acquire));
     }

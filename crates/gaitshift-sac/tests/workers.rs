@@ -1,10 +1,11 @@
-//! The team of threads runs every task exactly once, whatever the numbers of threads and tasks, however short the
-//! tasks, after the workers fell asleep too; and a panic in a task reaches the caller.
+//! The team of threads runs every task of every stage exactly once, whatever the numbers of threads and tasks, however short
+//! the tasks, after the workers fell asleep too; a gate holds a task until the one it waits for is done; and a panic in a
+//! task reaches the caller, from behind a gate too.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
-use gaitshift_sac::Workers;
+use gaitshift_sac::{Gate, Workers};
 
 #[test]
 fn every_task_runs_once() {
@@ -19,6 +20,39 @@ fn every_task_runs_once() {
             });
             for (task, count) in counts.iter().enumerate() {
                 assert_eq!(count.load(Ordering::Relaxed), u32::from(task < tasks));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_gate_holds_the_second_stage_until_the_first_is_done() {
+    for threads in 1..=4 {
+        let mut workers = Workers::new(threads);
+        for round in 0..2000 {
+            let (first, second) = (round % 5, round % 11);
+            let mut gates: [Gate; 5] = Default::default();
+            gates.iter_mut().for_each(Gate::close);
+            let results: [AtomicU32; 5] = Default::default();
+            let counts: [AtomicU32; 11] = Default::default();
+            workers.run_stages([first, second], &|thread, stage, task| {
+                assert!(thread < threads);
+                if stage == 0 {
+                    let _open_at_end = gates[task].open_at_end();
+                    results[task].store(round as u32 + 1, Ordering::Relaxed);
+                } else {
+                    if first > 0 {
+                        let needed = task % first;
+                        gates[needed].wait();
+                        let result = results[needed].load(Ordering::Relaxed);
+                        assert_eq!(result, round as u32 + 1);
+                    }
+                    counts[task].fetch_add(1, Ordering::Relaxed);
+                }
+            });
+            for (task, count) in counts.iter().enumerate() {
+                let expected = u32::from(task < second);
+                assert_eq!(count.load(Ordering::Relaxed), expected);
             }
         }
     }
@@ -57,6 +91,17 @@ fn a_panic_reaches_the_caller() {
     for threads in [1, 2] {
         let outcome = std::panic::catch_unwind(|| {
             Workers::new(threads).run(4, &|task| assert!(task != 2, "task 2 fails"));
+        });
+        assert!(outcome.is_err());
+        let outcome = std::panic::catch_unwind(|| {
+            let gate = Gate::default();
+            Workers::new(threads).run_stages([1, 3], &|_, stage, _| {
+                if stage == 0 {
+                    let _open_at_end = gate.open_at_end();
+                    panic!("the first stage fails");
+                }
+                gate.wait();
+            });
         });
         assert!(outcome.is_err());
     }
