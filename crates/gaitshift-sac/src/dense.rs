@@ -151,6 +151,7 @@ pub fn has_avx2_fma() -> bool {
 }
 
 /// Whether the code for AVX-512 runs, where there is some; that for AVX2 does then too.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(crate) fn has_avx512() -> bool {
     kernels() == AVX512
@@ -158,16 +159,25 @@ pub(crate) fn has_avx512() -> bool {
 
 #[cold]
 fn detect() -> u8 {
-    let mut found = PORTABLE;
-    #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-        found = AVX2_FMA;
-        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("bmi1") {
-            found = AVX512;
-        }
+    let widest = widest();
+    KERNELS.store(widest, Ordering::Relaxed);
+    widest
+}
+
+#[cfg(target_arch = "x86_64")]
+fn widest() -> u8 {
+    if !(is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")) {
+        PORTABLE
+    } else if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("bmi1") {
+        AVX512
+    } else {
+        AVX2_FMA
     }
-    KERNELS.store(found, Ordering::Relaxed);
-    found
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn widest() -> u8 {
+    PORTABLE
 }
 
 /// Makes the whole process use the code for any processor, slower and rounded differently: to compare the two. Call it
@@ -178,7 +188,7 @@ pub fn use_portable_kernels() {
 
 /// Keeps the whole process from using AVX-512, with the same results: to compare the two.
 pub fn use_avx2_at_most() {
-    if has_avx512() {
+    if kernels() == AVX512 {
         KERNELS.store(AVX2_FMA, Ordering::Relaxed);
     }
 }
