@@ -18,7 +18,7 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 
-/// Columns of a matrix as stored: `columns` rounded up to a multiple of [`LANES`].
+/// Columns of a matrix as stored: `columns` rounded up to a multiple of 8, the numbers of a vector.
 pub fn padded(columns: usize) -> usize {
     columns.next_multiple_of(LANES)
 }
@@ -80,7 +80,7 @@ pub struct Product<'a, T> {
     pub rows: usize,
     /// Columns of A, rows of B: the index that is summed over.
     pub shared: usize,
-    /// Columns of B and C, a multiple of [`LANES`].
+    /// Columns of B and C, a multiple of 8.
     pub columns: usize,
     /// A.
     pub a: Left<'a, T>,
