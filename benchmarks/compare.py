@@ -52,8 +52,9 @@ class Failure(Exception):
 def flop_per_update(hidden):
     """FLOP of one update with two hidden layers of `hidden` units, counting 2 for each multiply-add.
 
-    Zeros are counted like other numbers. Only the products with the weights count, at their real sizes: no bias, no activation, no Adam, no sampling. Let A
-    and C be the numbers of weights of the actor and of one critic. For each row of the batch:
+    Zeros are counted like other numbers. Only the products with the weights count, at their real sizes: no bias, no
+    activation, no Adam, no sampling. Let A and C be the numbers of weights of the actor and of one critic. For each row
+    of the batch:
 
         actor at s'                                      A
         both target critics at (s', a')                 2 C

@@ -3,10 +3,10 @@
 //! `cargo run --release -p gaitshift-sac --example update_rate -- --hidden 128 --threads 1 [--layer-norm]
 //! [--count-zeros] [--avx2] [--transitions 200000] [--updates N]`
 //!
-//! With `--count-zeros` the zeros of rectified layers are multiplied like other numbers, with `--avx2` AVX-512 is not used. With `--updates N` it makes so many
-//! updates and ends: `benchmarks/instructions.py` counts their instructions. Otherwise it counts updates as
-//! `benchmarks/protocol.rs` says. At the end of the input it prints the peak of its resident memory and the bytes of the
-//! replay buffer.
+//! With `--count-zeros` the zeros of rectified layers are multiplied like other numbers, with `--avx2` AVX-512 is not used.
+//! With `--updates N` it makes so many updates and ends: `benchmarks/instructions.py` counts their instructions. Otherwise
+//! it counts updates as `benchmarks/protocol.rs` says. At the end of the input it prints the peak of its resident memory
+//! and the bytes of the replay buffer.
 
 #[path = "../../../benchmarks/protocol.rs"]
 mod protocol;

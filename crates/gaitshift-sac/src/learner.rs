@@ -482,8 +482,7 @@ impl<T: Real> Learner<T> {
     /// Losses of the critics and their gradients, at the current parameters, for a batch that [`Learner::update`] would
     /// take.
     pub fn critic_gradients(&mut self, batch: &Batch<T>, noise: &[T]) {
-        let fill = |chosen: Range<usize>, rows: &mut Batch<T>| rows.copy_rows(batch, chosen);
-        let chunks = self.critic_chunks(&fill, noise);
+        let chunks = self.critic_chunks(&|chosen, rows| rows.copy_rows(batch, chosen), noise);
         self.finish_critics(Some(chunks), false);
     }
 

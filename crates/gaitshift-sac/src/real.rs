@@ -51,7 +51,7 @@ pub trait Real:
     fn multiply(product: Product<'_, Self>) {
         dense::multiply_portable(product);
     }
-    /// The product of [`sparse::multiply`] with the fastest kernel this processor has; the caller has checked it.
+    /// The product of [`sparse::multiply`], not crowded, with the fastest kernel this processor has.
     fn multiply_marked(product: Product<'_, Self>, pattern: &Pattern) {
         sparse::marked(product, pattern);
     }

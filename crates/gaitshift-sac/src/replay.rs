@@ -371,13 +371,12 @@ impl ReplayBuffer {
             return Err(SacError::EmptyReplay);
         }
         for place in slots {
-            let slot = loop {
+            *place = loop {
                 let slot = below(rng, self.len());
                 if self.flags[slot] & INVALID == 0 {
                     break slot;
                 }
             };
-            *place = slot;
         }
         Ok(())
     }

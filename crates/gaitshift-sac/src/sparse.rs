@@ -55,6 +55,14 @@ impl Pattern {
         words.iter().map(|word| word.count_ones() as usize).sum()
     }
 
+    /// It is that of the product's left matrix, as far as sizes tell.
+    fn check<T>(&self, product: &Product<'_, T>) {
+        assert!(
+            (self.rows, self.columns) == (product.rows, product.shared),
+            "the pattern is of another matrix"
+        );
+    }
+
     /// Marks what is not zero in `rows` rows of `x`, `stride` apart and padded to a whole number of vectors.
     pub fn read<T: Real>(&mut self, rows: usize, columns: usize, x: &[T], stride: usize) {
         (self.rows, self.columns) = (rows, columns);
@@ -147,25 +155,23 @@ pub fn count_zeros_too() {
 /// # Panics
 /// When the pattern was read from a matrix of another size, or an index lies outside its slice.
 pub fn multiply<T: Real>(product: Product<'_, T>, pattern: &Pattern) {
-    assert!(
-        (pattern.rows, pattern.columns) == (product.rows, product.shared),
-        "the pattern is of another matrix"
-    );
+    pattern.check(&product);
     let elements = (product.rows * product.shared) as f64;
     let crowded = pattern.count() as f64 > CROWDED * elements;
     if crowded || DENSE_ONLY.load(Ordering::Relaxed) {
         dense::multiply(product);
     } else {
-        product.check();
         T::multiply_marked(product, pattern);
     }
 }
 
-/// [`multiply`] of `f32`, not crowded and checked, with the fastest kernel of this processor.
+/// [`multiply`] of `f32`, not crowded, with the fastest kernel of this processor.
 pub(crate) fn marked_f32(product: Product<'_, f32>, pattern: &Pattern) {
     #[cfg(target_arch = "x86_64")]
     if dense::has_avx512() {
-        // SAFETY: the processor has AVX-512; `multiply` has checked the rest.
+        pattern.check(&product);
+        product.check();
+        // SAFETY: the processor has AVX-512, and both checks hold.
         unsafe { avx512::multiply(product, pattern) };
         return;
     }
@@ -227,7 +233,7 @@ fn strip<T: Real, V: Lanes<T>, const N: usize>(
 }
 
 wide! {
-    /// [`multiply`], not crowded and checked, for any processor and scalar.
+    /// [`multiply`], not crowded, for any processor and scalar.
     pub(crate) fn marked<T, V>(product: Product<'_, T>, pattern: &Pattern) {
         let mut product = product;
         let vectors = product.columns / LANES;

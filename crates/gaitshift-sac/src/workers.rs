@@ -30,8 +30,8 @@ const WAITING_SPINS: u32 = 2_000;
 /// Tasks of one call; fits the packed counter.
 const MAX_TASKS: usize = u16::MAX as usize - 1;
 
-/// Stages of one call at most.
-const MAX_STAGES: usize = 2;
+/// Stages of one call, some of which may be empty.
+const STAGES: usize = 2;
 
 /// Called with the number of the thread, the stage and the task within it.
 type StagedTask<'a> = dyn Fn(usize, usize, usize) + Sync + 'a;
@@ -40,7 +40,7 @@ type Task = *const StagedTask<'static>;
 struct Shared {
     /// For each stage generation (upper 32 bits), end (16) and start (16) of the tasks not yet taken, so that a claim
     /// is valid for exactly the call that published it.
-    tickets: [AtomicU64; MAX_STAGES],
+    tickets: [AtomicU64; STAGES],
     task: UnsafeCell<Option<Task>>,
     done: AtomicUsize,
     panicked: AtomicBool,
@@ -57,7 +57,7 @@ unsafe impl Send for Shared {}
 impl Shared {
     /// Runs one task, of the first stage that has one left.
     fn work(&self, thread: usize) -> bool {
-        (0..MAX_STAGES).any(|stage| self.work_on(thread, stage))
+        (0..STAGES).any(|stage| self.work_on(thread, stage))
     }
 
     /// Runs one task of a stage if one is left.
@@ -185,7 +185,7 @@ impl Workers {
     /// done. `task` is told the number of the thread it runs on, below [`Workers::threads`], the stage and its number in
     /// it. No two tasks run at the same time on one thread, but those of the second stage may begin while some of the first
     /// still run; what they need of them they must await at a [`Gate`].
-    pub fn run_stages(&mut self, stages: [usize; MAX_STAGES], task: &StagedTask<'_>) {
+    pub fn run_stages(&mut self, stages: [usize; STAGES], task: &StagedTask<'_>) {
         let tasks: usize = stages.iter().sum();
         if self.handles.is_empty() || tasks <= 1 {
             for (stage, tasks) in stages.into_iter().enumerate() {
@@ -334,6 +334,7 @@ impl<'a, E> Disjoint<'a, E> {
         // SAFETY: in bounds; disjointness is the caller's.
         unsafe { std::slice::from_raw_parts_mut(self.start.add(from), to - from) }
     }
+
     /// The element `index`, to read.
     ///
     /// # Safety
