@@ -52,6 +52,10 @@ pub struct CommandDraw {
     pub redraw_interval_s: f64,
     /// Longest ramp of such a change, in s; its length is drawn uniformly from 0 to this.
     pub redraw_ramp_s: f64,
+    /// *Open.* Control periods for which a command is held, over falls: an episode that falls starts again
+    /// under the same command, one that lasts is cut off when they are over. So every command gets the
+    /// same number of steps. 0: every episode draws its own, and commands that fall get fewer steps.
+    pub hold_periods: u32,
 }
 
 impl Default for CommandDraw {
@@ -61,6 +65,7 @@ impl Default for CommandDraw {
             focus: [-0.2, 0.5],
             redraw_interval_s: 0.0,
             redraw_ramp_s: 0.4,
+            hold_periods: 0,
         }
     }
 }
@@ -213,6 +218,12 @@ impl Curriculum {
                 let key = key("redraw_interval_s");
                 require(v.is_finite() && v >= 0.0, &key, v, "0 or greater")?;
             }
+            require(
+                c.hold_periods == 0 || p.redraw_interval_s.unwrap_or(c.redraw_interval_s) == 0.0,
+                "curriculum.command.hold_periods",
+                c.hold_periods,
+                "0 where `redraw_interval_s` lets commands change within episodes",
+            )?;
             if let Some(randomization) = &p.randomization {
                 randomization.validate(&key("randomization"), body)?;
             }

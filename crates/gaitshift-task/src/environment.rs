@@ -261,6 +261,9 @@ pub struct Lane {
 struct Episode {
     ramp: Ramp,
     first_command: f64,
+    /// Control periods since its command was drawn, in earlier episodes too where commands are held.
+    #[serde(default)]
+    held_periods: u32,
     total_reward: f64,
     start_x: f64,
     rng: Xoshiro256PlusPlus,
@@ -292,6 +295,7 @@ impl EnvironmentBatch {
             episode: Episode {
                 ramp: Ramp::default(),
                 first_command: 0.0,
+                held_periods: 0,
                 total_reward: 0.0,
                 start_x: 0.0,
                 rng: Xoshiro256PlusPlus::seed_from_u64(seeds.random()),
@@ -393,7 +397,14 @@ impl EnvironmentBatch {
             episode,
             body: own,
         } = &mut self.lanes[i];
-        let omega_v = settings.command.draw(settings.omega_v, &mut episode.rng);
+        // A command that is held goes on after a fall, until its time is over.
+        let held = 1..settings.command.hold_periods;
+        let omega_v = if held.contains(&episode.held_periods) {
+            episode.first_command
+        } else {
+            episode.held_periods = 0;
+            settings.command.draw(settings.omega_v, &mut episode.rng)
+        };
         let base = self.body.parameters();
         let drawn = |r: &Randomization| r.draw(base, &mut episode.rng);
         episode.conditions = settings.randomization.as_ref().and_then(drawn);
@@ -457,6 +468,11 @@ impl Lane {
             }
         };
         outcome.terms.symmetry = symmetry;
+        episode.held_periods = episode.held_periods.saturating_add(1);
+        let hold = settings.command.hold_periods;
+        if hold > 0 && episode.held_periods >= hold {
+            outcome.ended.get_or_insert(EndReason::TimeLimit);
+        }
         episode.total_reward += outcome.terms.sum();
         let finished = outcome.ended.map(|ended| FinishedEpisode {
             omega_v: episode.first_command,

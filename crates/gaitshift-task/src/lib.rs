@@ -18,4 +18,4 @@ pub use observation::{
 };
 pub use parameters::{StartParameters, TaskError, TaskParameters, TerminationParameters};
 pub use randomization::{BodyFactors, Randomization, SensorNoise};
-pub use reward::{RewardOverrides, RewardParameters, RewardTerms, StepEnergies};
+pub use reward::{LegTerm, RewardOverrides, RewardParameters, RewardTerms, StepEnergies};

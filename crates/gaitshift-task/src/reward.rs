@@ -6,6 +6,17 @@ use gaitshift_body::{BodyState, LEFT, RIGHT};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// What the leg term (6) takes from the hip angles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LegTerm {
+    /// `min(|φ̇_r - φ̇_l|, C3)`, C3 in rad/s: as the conference paper prints it.
+    #[default]
+    Rates,
+    /// `min(|φ_r - φ_l|, C3)`, C3 in rad: without the dots, as a summary of the journal version has it.
+    Angles,
+}
+
 /// Declares the reward's parameters and, from the same list, their access by key, which phases of the
 /// curriculum use to replace some of them.
 macro_rules! reward_parameters {
@@ -15,6 +26,8 @@ macro_rules! reward_parameters {
         #[serde(deny_unknown_fields, default)]
         pub struct RewardParameters {
             $($(#[$doc])* pub $name: f64,)*
+            /// *Open.* Which reading of (6) the leg term follows.
+            pub leg_term: LegTerm,
         }
 
         impl RewardParameters {
@@ -52,7 +65,8 @@ reward_parameters! {
     /// Equal to `command_divisor` it makes a fall cost the same at every command. Otherwise starting to
     /// run, which has its price at once and its reward later, can be worth less than falling.
     alive_command_factor,
-    /// `C3` of (6): cap of the difference of the hip angles' rates, in rad/s.
+    /// `C3` of (6): cap of the difference of the hip angles' rates, in rad/s (in rad with
+    /// [`LegTerm::Angles`]).
     c3,
     /// *Open.* |ΔE| is the change over one control period and so grows with it, while the other
     /// terms do not. A value above 0 rescales |ΔE| to a period of that many seconds.
@@ -127,6 +141,7 @@ impl Default for RewardParameters {
             horizon_command_divisor: 0.0,
             horizon_share_floor: 0.0,
             scale: 1.0,
+            leg_term: LegTerm::default(),
         }
     }
 }
@@ -296,15 +311,16 @@ impl RewardParameters {
         let energy = (omega_e * energies.change_j.abs() * rescale).min(cap);
         let omega_f = self.omega_f / command_scale(self.friction_command_divisor, omega_v);
         let friction = omega_f * energies.friction_loss_j * rescale;
+        let legs_apart = match self.leg_term {
+            LegTerm::Rates => state.phi_dot(RIGHT) - state.phi_dot(LEFT),
+            LegTerm::Angles => state.phi(RIGHT) - state.phi(LEFT),
+        };
         RewardTerms {
             energy: -energy,
             velocity: omega_v * paid_speed,
             forward: if state.x_dot >= 0.0 { 0.0 } else { -self.c1 },
             alive: self.c2 * command_scale(self.alive_command_factor, omega_v),
-            leg: self.omega_l
-                * (state.phi_dot(RIGHT) - state.phi_dot(LEFT))
-                    .abs()
-                    .min(self.c3),
+            leg: self.omega_l * legs_apart.abs().min(self.c3),
             friction: -friction.min(cap),
             work: -self.omega_w * omega_v.max(0.0) * energies.positive_work_j * rescale,
             symmetry: 0.0,

@@ -113,3 +113,61 @@ fn the_command_stays_within_an_episode_unless_asked_to_change() {
         assert_eq!(seen, changes);
     }
 }
+
+/// Commands of `periods` periods of one environment whose legs give way again and again, and the periods
+/// in which an episode ended with its reason.
+fn commands_of_a_body_that_falls(
+    hold_periods: u32,
+    periods: u32,
+) -> (Vec<f64>, Vec<(u32, EndReason)>) {
+    let task = TaskParameters::default();
+    let curriculum = Curriculum {
+        command: CommandDraw {
+            hold_periods,
+            ..CommandDraw::default()
+        },
+        ..Curriculum::default()
+    };
+    let settings = curriculum.at(curriculum.total_steps(), &task.reward);
+    let mut batch = EnvironmentBatch::new(body(), task, 1, 5, &settings);
+    let (mut commands, mut ends) = (Vec::new(), Vec::new());
+    for period in 1..=periods {
+        commands.push(batch.environment(0).omega_v);
+        let (outcome, finished) = batch.step(0, [-1.0, -1.0], 0.0, &settings);
+        assert_eq!(outcome.ended.is_some(), finished.is_some());
+        if let Some(ended) = outcome.ended {
+            ends.push((period, ended));
+            batch.reset(0, &settings);
+        }
+    }
+    (commands, ends)
+}
+
+#[test]
+fn a_held_command_goes_on_after_falls_until_its_time_is_over() {
+    let (commands, ends) = commands_of_a_body_that_falls(250, 750);
+    for held in commands.chunks(250) {
+        assert!(held.iter().all(|c| *c == held[0]), "{held:?}");
+    }
+    assert!(commands[0] != commands[250] && commands[250] != commands[500]);
+    let cut: Vec<u32> = ends
+        .iter()
+        .filter(|(_, ended)| *ended == EndReason::TimeLimit)
+        .map(|(period, _)| *period)
+        .collect();
+    assert_eq!(cut, [250, 500, 750]);
+    assert!(
+        ends.len() > 2 * cut.len(),
+        "it should fall in between: {ends:?}"
+    );
+}
+
+#[test]
+fn a_command_that_is_not_held_is_drawn_for_every_episode() {
+    let (commands, ends) = commands_of_a_body_that_falls(0, 750);
+    for (period, ended) in &ends[..ends.len() - 1] {
+        assert_eq!(*ended, EndReason::HipHeight);
+        let period = *period as usize;
+        assert!(commands[period] != commands[period - 1]);
+    }
+}

@@ -2,7 +2,7 @@
 //! weight, and the common factor divides by `1 + k max(ω_v, 0)`.
 
 use gaitshift_body::{BodyState, LEFT, RIGHT};
-use gaitshift_task::{RewardParameters, StepEnergies};
+use gaitshift_task::{LegTerm, RewardParameters, StepEnergies};
 
 fn moving(x_dot: f64, right: f64, left: f64) -> BodyState {
     let mut s = BodyState {
@@ -165,4 +165,27 @@ fn the_factor_leaves_negative_commands_alone() {
     assert_eq!(r.horizon_factor(-0.5), 1.0);
     assert_eq!(r.horizon_factor(2.0), 0.25);
     assert_eq!(r.horizon_factor(3.0), 0.2);
+}
+
+#[test]
+fn the_leg_term_can_be_read_with_and_without_the_dots() {
+    let mut state = BodyState::default();
+    (state.legs[0].psi, state.legs[1].psi) = (0.3, -0.1);
+    (state.legs[0].psi_dot, state.legs[1].psi_dot) = (-0.05, 0.05);
+    let leg = |leg_term| {
+        let r = RewardParameters {
+            leg_term,
+            ..RewardParameters::default()
+        };
+        r.terms(&state, &StepEnergies::default(), 0.0, 0.01).leg
+    };
+    assert!((leg(LegTerm::Rates) - 0.2 * 0.1).abs() < 1e-12);
+    assert!((leg(LegTerm::Angles) - 0.2 * 0.4).abs() < 1e-12);
+    state.legs[0].psi = 1.0;
+    let capped = RewardParameters {
+        leg_term: LegTerm::Angles,
+        ..RewardParameters::default()
+    };
+    let terms = capped.terms(&state, &StepEnergies::default(), 0.0, 0.01);
+    assert_eq!(terms.leg, 0.2 * 0.5);
 }
