@@ -58,7 +58,9 @@ impl Default for Criteria {
     }
 }
 
-/// One criterion, what was measured and whether it holds.
+/// One criterion, what was measured and whether it holds. What is asked of a gait, its cost or its
+/// correlations, holds only of a motion that is that gait; what is asked of a change, only of one from the
+/// one gait to the other.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Check {
     /// What is asked.
@@ -67,6 +69,8 @@ pub struct Check {
     pub value: Option<f64>,
     /// Whether it holds.
     pub met: bool,
+    /// Why it does not hold; nothing if it does.
+    pub reason: Option<String>,
     /// How much of it is there, in [0, 1]; 1 exactly if it is met.
     pub credit: f64,
     /// Whether it is about the walk at the walking command alone.
@@ -128,13 +132,25 @@ impl Judgement {
     }
 }
 
+/// What is left of the credit of a bound on a motion that is not the gait it is about.
+const OTHER_GAIT_SHARE: f64 = 0.5;
+/// Credit of a change of gait that is neither, for not falling and for each of the two gaits.
+const FELL_CREDIT: f64 = 0.2;
+const SURVIVED_CREDIT: f64 = 0.4;
+const ONE_GAIT_CREDIT: f64 = 0.2;
+
 /// Full credit if met, otherwise less than 1 in proportion to how near the value is.
-fn check(name: String, value: Option<f64>, met: bool, nearness: f64) -> Check {
-    let credit = if met { 1.0 } else { nearness.clamp(0.0, 0.95) };
+fn check(name: String, value: Option<f64>, outcome: Result<(), String>, nearness: f64) -> Check {
+    let credit = if outcome.is_ok() {
+        1.0
+    } else {
+        nearness.clamp(0.0, 0.95)
+    };
     Check {
         name,
         value,
-        met,
+        met: outcome.is_ok(),
+        reason: outcome.err(),
         credit: if credit.is_finite() { credit } else { 0.0 },
         walking: false,
     }
@@ -144,17 +160,73 @@ impl Check {
     fn of_walk_if(self, walking: bool) -> Self {
         Self { walking, ..self }
     }
+
+    /// Holds only if the motion is of that gait.
+    fn only_if(self, motion: Option<&GaitSummary>, wanted: GaitClass) -> Self {
+        match is_gait(motion, wanted) {
+            Ok(()) => self,
+            Err(reason) => Self {
+                met: false,
+                reason: Some(reason),
+                credit: OTHER_GAIT_SHARE * self.credit,
+                ..self
+            },
+        }
+    }
+}
+
+/// Whether the motion lasts and is of that gait, and if not, what it is instead.
+fn is_gait(motion: Option<&GaitSummary>, wanted: GaitClass) -> Result<(), String> {
+    lasts(motion)?;
+    match motion {
+        Some(s) if s.gait == wanted => Ok(()),
+        Some(s) => Err(format!("the motion is {}, not {wanted}", s.gait)),
+        None => Err("no motion".to_owned()),
+    }
+}
+
+fn lasts(motion: Option<&GaitSummary>) -> Result<(), String> {
+    match motion {
+        Some(s) if s.fell => Err(format!("fell after {:.2} s ({})", s.survived_s, s.ended_by)),
+        _ => Ok(()),
+    }
 }
 
 fn at_least(name: String, value: Option<f64>, bound: f64) -> Check {
     let v = value.unwrap_or(f64::NEG_INFINITY);
-    check(name, value, v >= bound, v / bound)
+    let outcome = match value {
+        Some(v) if v >= bound => Ok(()),
+        Some(v) => Err(format!("{v:.4} is below {bound}")),
+        None => Err(UNDEFINED.to_owned()),
+    };
+    check(name, value, outcome, v / bound)
 }
 
 fn at_most(name: String, value: Option<f64>, bound: f64) -> Check {
     let v = value.unwrap_or(f64::INFINITY);
-    check(name, value, v <= bound, bound / v)
+    let outcome = match value {
+        Some(v) if v <= bound => Ok(()),
+        Some(v) => Err(format!("{v:.4} is above {bound}")),
+        None => Err(UNDEFINED.to_owned()),
+    };
+    check(name, value, outcome, bound / v)
 }
+
+/// A correlation beyond `bound`, on the bound's side of 0.
+fn correlation(name: String, value: Option<f64>, bound: f64) -> Check {
+    let beyond = |v: f64| if bound < 0.0 { v < bound } else { v > bound };
+    let outcome = match value {
+        Some(v) if beyond(v) => Ok(()),
+        Some(v) => {
+            let side = if bound < 0.0 { "below" } else { "above" };
+            Err(format!("{v:.4} is not {side} {bound}"))
+        }
+        None => Err(UNDEFINED.to_owned()),
+    };
+    check(name, value, outcome, value.unwrap_or(0.0) / bound)
+}
+
+const UNDEFINED: &str = "undefined for this motion";
 
 /// Tries a controller on every command and every change of gait.
 ///
@@ -231,42 +303,58 @@ fn checks(
         let survives = check(
             format!("survives {} s at omega_v = {}", c.duration_s, row.omega_v),
             Some(s.survived_s),
-            !s.fell,
+            lasts(Some(s)),
             s.survived_s / c.duration_s,
         );
         checks.push(survives.of_walk_if(row.omega_v == c.walking_omega_v));
     }
     let (walk_w, run_w) = (c.walking_omega_v, c.running_omega_v);
-    let (walk, running) = (walk.filter(|s| !s.fell), running.filter(|s| !s.fell));
+    // What is measured of a motion that does not last says nothing.
+    let lasting = |s: Option<&GaitSummary>, value: fn(&GaitSummary) -> Option<f64>| {
+        s.filter(|s| !s.fell).and_then(value)
+    };
+    let of_walk = |value| lasting(walk, value);
+    let of_run = |value| lasting(running, value);
     checks.push(
         check(
             format!("walks at omega_v = {walk_w}: share of steps with double support"),
-            walk.and_then(|s| s.steps_with_double_support),
-            walk.is_some_and(|s| s.gait == GaitClass::Walking),
-            walk.map_or(0.0, |s| {
-                0.5 * s.steps_with_double_support.unwrap_or(0.0) * (1.0 - s.flight.unwrap_or(0.0))
-            }),
+            of_walk(|s| s.steps_with_double_support),
+            is_gait(walk, GaitClass::Walking),
+            of_walk(|s| {
+                let double = s.steps_with_double_support.unwrap_or(0.0);
+                Some(0.5 * double * (1.0 - s.flight.unwrap_or(0.0)))
+            })
+            .unwrap_or(0.0),
         )
         .of_walk_if(true),
     );
+    let walking_froude = at_least(
+        format!(
+            "Froude number at omega_v = {walk_w} at least {}",
+            c.walking_froude
+        ),
+        of_walk(|s| s.froude),
+        c.walking_froude,
+    );
     checks.push(
-        at_least(
-            format!(
-                "Froude number at omega_v = {walk_w} at least {}",
-                c.walking_froude
-            ),
-            walk.and_then(|s| s.froude),
-            c.walking_froude,
-        )
+        match lasts(walk) {
+            Ok(()) => walking_froude,
+            Err(fell) => Check {
+                reason: Some(fell),
+                ..walking_froude
+            },
+        }
         .of_walk_if(true),
     );
     checks.push(check(
         format!("runs at omega_v = {run_w}: share of steps with flight"),
-        running.and_then(|s| s.steps_with_flight),
-        running.is_some_and(|s| s.gait == GaitClass::Running),
-        running.map_or(0.0, |s| {
-            0.5 * s.steps_with_flight.unwrap_or(0.0) * (1.0 - s.double_support.unwrap_or(0.0))
-        }),
+        of_run(|s| s.steps_with_flight),
+        is_gait(running, GaitClass::Running),
+        of_run(|s| {
+            let flight = s.steps_with_flight.unwrap_or(0.0);
+            Some(0.5 * flight * (1.0 - s.double_support.unwrap_or(0.0)))
+        })
+        .unwrap_or(0.0),
     ));
     let froude = || {
         j.rows
@@ -283,70 +371,113 @@ fn checks(
         greatest,
         high,
     ));
-    for (name, s, w, bound) in [
-        ("walking", walk, walk_w, c.cost_of_transport[0]),
-        ("running", running, run_w, c.cost_of_transport[1]),
+    for (gait, s, w, bound) in [
+        (GaitClass::Walking, walk, walk_w, c.cost_of_transport[0]),
+        (GaitClass::Running, running, run_w, c.cost_of_transport[1]),
     ] {
         let cost = at_most(
-            format!("cost of transport {name} at omega_v = {w} at most {bound}"),
-            s.and_then(|s| s.cost_of_transport).filter(|v| *v > 0.0),
+            format!("cost of transport {gait} at omega_v = {w} at most {bound}"),
+            lasting(s, |s| s.cost_of_transport).filter(|v| *v > 0.0),
             bound,
         );
-        checks.push(cost.of_walk_if(w == walk_w));
+        checks.push(cost.only_if(s, gait).of_walk_if(w == walk_w));
     }
-    for (from, to, wanted, list) in [
-        (walk_w, run_w, GaitClass::Running, &j.to_running),
-        (run_w, walk_w, GaitClass::Walking, &j.to_walking),
+    let (walking_gait, running_gait) = (GaitClass::Walking, GaitClass::Running);
+    for (from, to, gaits, steady, list) in [
+        (
+            walk_w,
+            run_w,
+            [walking_gait, running_gait],
+            walk,
+            &j.to_running,
+        ),
+        (
+            run_w,
+            walk_w,
+            [running_gait, walking_gait],
+            running,
+            &j.to_walking,
+        ),
     ] {
         for k in 0..c.phases {
             let t = list.get(k);
-            let met = t.is_some_and(|t| t.survived && t.gait_after == wanted);
-            let near = t.map_or(0.0, |t| if t.survived { 0.6 } else { 0.2 });
+            let outcome = match t {
+                Some(t) => changes(t, gaits),
+                None => Err(lasts(steady).err().map_or_else(
+                    || "no motion to change from".to_owned(),
+                    |fell| format!("no motion to change from: at omega_v = {from} it {fell}"),
+                )),
+            };
+            let near = t.map_or(0.0, |t| {
+                if !t.survived {
+                    return FELL_CREDIT;
+                }
+                let [before, after] = gaits;
+                let right = [t.gait_before == before, t.gait_after == after];
+                let right = right.iter().filter(|&&right| right).count();
+                SURVIVED_CREDIT + ONE_GAIT_CREDIT * right as f64
+            });
             checks.push(check(
                 format!(
                     "changes {from} -> {to} from phase {k}/{} of the stride: survived, s",
                     c.phases
                 ),
                 t.map(|t| t.survived_s),
-                met,
+                outcome,
                 near,
             ));
         }
     }
     let b = c.correlation;
-    let walk_kp = walk.and_then(|s| s.kinetic_potential_correlation);
     checks.push(
-        check(
+        correlation(
             format!("kinetic-potential correlation walking below -{b}"),
-            walk_kp,
-            walk_kp.is_some_and(|v| v < -b),
-            -walk_kp.unwrap_or(0.0) / b,
+            of_walk(|s| s.kinetic_potential_correlation),
+            -b,
         )
+        .only_if(walk, GaitClass::Walking)
         .of_walk_if(true),
     );
-    let run_kp = running.and_then(|s| s.kinetic_potential_correlation_single_support);
-    checks.push(check(
-        format!("kinetic-potential correlation running (single support) above {b}"),
-        run_kp,
-        run_kp.is_some_and(|v| v > b),
-        run_kp.unwrap_or(0.0) / b,
-    ));
-    for (name, value) in [
-        (
-            "kinetic",
-            running.and_then(|s| s.elastic_kinetic_correlation_single_support),
+    let running_correlations = [
+        correlation(
+            format!("kinetic-potential correlation running (single support) above {b}"),
+            of_run(|s| s.kinetic_potential_correlation_single_support),
+            b,
         ),
-        (
-            "potential",
-            running.and_then(|s| s.elastic_potential_correlation_single_support),
+        correlation(
+            format!("elastic-kinetic correlation running (single support) below -{b}"),
+            of_run(|s| s.elastic_kinetic_correlation_single_support),
+            -b,
         ),
-    ] {
-        checks.push(check(
-            format!("elastic-{name} correlation running (single support) below -{b}"),
-            value,
-            value.is_some_and(|v| v < -b),
-            -value.unwrap_or(0.0) / b,
+        correlation(
+            format!("elastic-potential correlation running (single support) below -{b}"),
+            of_run(|s| s.elastic_potential_correlation_single_support),
+            -b,
+        ),
+    ];
+    checks.extend(running_correlations.map(|check| check.only_if(running, GaitClass::Running)));
+    checks
+}
+
+/// Whether it went from the first gait to the second without a fall, and if not, why.
+fn changes(t: &TransitionSummary, [from, to]: [GaitClass; 2]) -> Result<(), String> {
+    if !t.survived {
+        return Err(format!(
+            "fell {:.2} s after the ramp began",
+            t.survived_s - t.ramp_start_s
         ));
     }
-    checks
+    if t.gait_before != from {
+        return Err(format!(
+            "before the change the motion is {}, not {from}",
+            t.gait_before
+        ));
+    }
+    if t.gait_after != to {
+        return Err(format!(
+            "after the change the motion is {}, not {to}",
+            t.gait_after
+        ));
+    }
+    Ok(())
 }

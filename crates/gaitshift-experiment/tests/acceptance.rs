@@ -1,9 +1,11 @@
 //! Contract: every criterion is measured on rollouts of the very controller that is judged, a body
-//! that does not walk meets none of those that ask for a gait, and what is undefined is not met.
+//! that does not walk meets none of those that ask for a gait, what is asked of a gait or of a change of
+//! gait holds only where there is one, what is undefined is not met, and what is not met says why.
 
+use gaitshift_analysis::GaitClass;
 use gaitshift_body::{Body, BodyParameters};
-use gaitshift_experiment::{Criteria, Judgement, judge};
-use gaitshift_task::TaskParameters;
+use gaitshift_experiment::{Check, Control, Controller, Criteria, Deterministic, Judgement, judge};
+use gaitshift_task::{ACTION_SIZE, OBSERVATION_SIZE, TaskParameters};
 
 fn judged(action: [f32; 2], criteria: &Criteria) -> Judgement {
     let body = Body::new(BodyParameters::default()).unwrap();
@@ -71,4 +73,115 @@ fn the_same_controller_is_judged_alike_twice() {
         judged([0.55, 0.45], &criteria),
         judged([0.55, 0.45], &criteria)
     );
+}
+
+/// The shipped controller, deaf to its command: it is told `omega_v` whatever is asked.
+fn deaf(omega_v: f32, criteria: &Criteria) -> Judgement {
+    let mut shipped = Controller::shipped().unwrap();
+    let body = Body::new(shipped.body.clone()).unwrap();
+    let mut control = |asked: &[f32; OBSERVATION_SIZE], action: &mut [f32; ACTION_SIZE]| {
+        let mut told = *asked;
+        told[OBSERVATION_SIZE - 1] =
+            omega_v * gaitshift_task::OBSERVATION_SCALE[OBSERVATION_SIZE - 1];
+        Deterministic(&mut shipped.policy).act(&told, action);
+    };
+    judge(&body, &shipped.task, criteria, &mut control).unwrap()
+}
+
+/// Two phases of the stride and two commands, to be quick.
+fn quick() -> Criteria {
+    Criteria {
+        omega_v: vec![0.0, 3.0],
+        duration_s: 10.0,
+        phases: 2,
+        ..Criteria::default()
+    }
+}
+
+fn named<'a>(j: &'a Judgement, part: &str) -> Vec<&'a Check> {
+    let found: Vec<&Check> = j.checks.iter().filter(|c| c.name.contains(part)).collect();
+    assert!(!found.is_empty(), "no criterion is called {part}");
+    found
+}
+
+fn not_met_because(j: &Judgement, part: &str, reason: &str) {
+    for c in named(j, part) {
+        assert!(!c.met, "{} is met", c.name);
+        assert!(c.credit < 1.0, "{}: credit {}", c.name, c.credit);
+        assert_eq!(c.reason.as_deref(), Some(reason), "{}", c.name);
+    }
+}
+
+// A controller that walked at every command met all ten "changes 3 -> 0", since it walked in the end,
+// and the cost of transport "running", since a walk is cheap: 22 of 39 criteria without a single run.
+#[test]
+fn a_walker_changes_no_gait_and_has_no_cost_of_running() {
+    let j = deaf(0.0, &quick());
+    let gaits: Vec<GaitClass> = j.rows.iter().map(|r| r.summary.gait).collect();
+    assert_eq!(gaits, [GaitClass::Walking; 2]);
+    assert!(j.to_walking.iter().all(|t| t.survived));
+    assert_eq!(named(&j, "changes 3 -> 0").len(), 2);
+    let before = "before the change the motion is walking, not running";
+    not_met_because(&j, "changes 3 -> 0", before);
+    let after = "after the change the motion is walking, not running";
+    not_met_because(&j, "changes 0 -> 3", after);
+    let walks = "the motion is walking, not running";
+    not_met_because(&j, "cost of transport running", walks);
+    assert_eq!(named(&j, "correlation running").len(), 3);
+    not_met_because(&j, "correlation running", walks);
+    not_met_because(&j, "runs at", walks);
+    // What is asked of the walk it does meet.
+    for part in ["walks at", "cost of transport walking"] {
+        assert!(named(&j, part).iter().all(|c| c.met && c.reason.is_none()));
+    }
+}
+
+#[test]
+fn a_runner_changes_no_gait_and_has_no_cost_of_walking() {
+    let j = deaf(3.0, &quick());
+    let gaits: Vec<GaitClass> = j.rows.iter().map(|r| r.summary.gait).collect();
+    assert_eq!(gaits, [GaitClass::Running; 2]);
+    let before = "before the change the motion is running, not walking";
+    not_met_because(&j, "changes 0 -> 3", before);
+    let after = "after the change the motion is running, not walking";
+    not_met_because(&j, "changes 3 -> 0", after);
+    let runs = "the motion is running, not walking";
+    not_met_because(&j, "cost of transport walking", runs);
+    not_met_because(&j, "correlation walking", runs);
+    for part in ["runs at", "cost of transport running"] {
+        assert!(named(&j, part).iter().all(|c| c.met));
+    }
+}
+
+#[test]
+fn the_shipped_controller_changes_both_ways() {
+    let mut shipped = Controller::shipped().unwrap();
+    let body = Body::new(shipped.body.clone()).unwrap();
+    let mut control = Deterministic(&mut shipped.policy);
+    let j = judge(&body, &shipped.task, &quick(), &mut control).unwrap();
+    for part in ["changes", "cost of transport", "correlation"] {
+        for c in named(&j, part) {
+            assert!(c.met, "{}: {:?}", c.name, c.reason);
+        }
+    }
+}
+
+#[test]
+fn whatever_is_not_met_says_why() {
+    let j = judged([0.0, 0.0], &quick());
+    for c in &j.checks {
+        assert_eq!(c.met, c.reason.is_none(), "{}", c.name);
+        let reason = c.reason.as_deref().unwrap();
+        assert!(!reason.is_empty());
+    }
+    for part in ["survives", "walks at", "runs at", "cost of", "correlation"] {
+        for c in named(&j, part) {
+            let reason = c.reason.as_deref().unwrap();
+            assert!(reason.starts_with("fell after "), "{}: {reason}", c.name);
+        }
+    }
+    for c in named(&j, "changes") {
+        let reason = c.reason.as_deref().unwrap();
+        assert!(reason.starts_with("no motion to change from"), "{reason}");
+    }
 }

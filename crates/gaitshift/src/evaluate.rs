@@ -182,6 +182,9 @@ fn run_criteria(subject: &mut Subject, json: bool) -> Result<(), Failure> {
             let met = if check.met { "met    " } else { "not met" };
             let value = output::number(check.value, 3);
             output::line(&format!("{met}  {value:>7}  {}", check.name))?;
+            if let Some(reason) = &check.reason {
+                output::line(&format!("{:18}{reason}", ""))?;
+            }
         }
         let count = judgement.checks.len();
         output::line(&format!("{} of {count} criteria met", verdict.met))?;

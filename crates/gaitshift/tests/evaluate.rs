@@ -195,6 +195,9 @@ fn criteria_decide_the_exit_code() {
     let met = checks.iter().filter(|check| check["met"] == true).count();
     assert_eq!(value["met"], met);
     assert_eq!(value["accepted"], met == checks.len());
+    for check in checks {
+        assert_eq!(check["met"] == true, check["reason"].is_null(), "{check}");
+    }
     assert_eq!(rows(&value).len(), 8);
     let code = if value["accepted"] == true { 0 } else { 1 };
     assert_eq!(output.status.code(), Some(code));
