@@ -16,9 +16,11 @@ use serde::{Deserialize, Serialize};
 use crate::agent::{Agent, Streams};
 use crate::config::SacConfig;
 use crate::error::SacError;
-use crate::learner::{TemperatureState, Trained, UpdateStats};
+use crate::learner::{
+    TemperatureState, Trained, UpdateStats, actor_shape, check_sizes, critic_shape,
+};
 use crate::mirror::Mirror;
-use crate::network::{Mlp, NamedTensor};
+use crate::network::{Mlp, MlpShape, NamedTensor};
 use crate::rehearsal::Rehearsal;
 use crate::replay::ReplayBuffer;
 
@@ -232,10 +234,18 @@ impl<'a> Reader<'a> {
             .map(|bytes| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])))
     }
 
+    /// Every tensor of a network of these sizes is there under `prefix`.
+    fn check(&self, shape: &MlpShape, prefix: &str) -> Result<(), SacError> {
+        for (name, shape) in shape.tensors() {
+            self.bytes(&format!("{prefix}.{name}"), Dtype::F32, &shape)?;
+        }
+        Ok(())
+    }
+
     /// Reads into `flat` everything that belongs to `network` under `prefix`.
     fn fill(&self, network: &Mlp<f32>, prefix: &str, flat: &mut [f32]) -> Result<(), SacError> {
         let mut tensors = Vec::new();
-        for (name, shape) in network.tensor_shapes() {
+        for (name, shape) in network.shape().tensors() {
             let values = self.floats(&format!("{prefix}.{name}"), &shape)?.collect();
             tensors.push(NamedTensor {
                 name,
@@ -391,6 +401,17 @@ impl Agent {
     pub fn load(path: &Path) -> Result<Self, SacError> {
         let bytes = Reader::read(path)?;
         let (reader, header) = Reader::open::<AgentHeader>(AGENT, AGENT_KEY, path, &bytes)?;
+        let (config, sizes) = (
+            &header.config,
+            [header.observation_size, header.action_size],
+        );
+        config
+            .validate()
+            .and_then(|()| check_sizes(sizes))
+            .map_err(|error| reader.reject(error.to_string()))?;
+        // The file holds what its header says, or this fails before memory is taken for it.
+        reader.check(&actor_shape(config, sizes), "actor")?;
+        reader.check(&critic_shape(config, sizes), "critic_1")?;
         let mut agent = Self::new(
             header.config,
             header.observation_size,
@@ -424,7 +445,6 @@ impl Agent {
             agent.acting_noise = noise.collect();
         }
         if header.rehearsal > 0 {
-            let sizes = [header.observation_size, header.action_size];
             let read = |index: usize| {
                 let shape = [header.rehearsal, sizes[index]];
                 Ok::<Vec<f32>, SacError>(reader.floats(REHEARSAL[index], &shape)?.collect())

@@ -103,7 +103,9 @@ impl Default for SacConfig {
 }
 
 /// Greatest number of units in a layer and of transitions in a batch; keeps every size far from overflow.
-const SIZE_MAX: usize = 1 << 16;
+pub(crate) const SIZE_MAX: usize = 1 << 16;
+/// Greatest number of weights between the hidden layers of a network: a gigabyte, of which an update needs some twenty.
+const WEIGHTS_MAX: usize = 1 << 28;
 
 impl SacConfig {
     /// # Errors
@@ -119,6 +121,13 @@ impl SacConfig {
                 key,
                 hidden,
                 "one or more layers of 1 to 65536 units",
+            )?;
+            let weights: usize = hidden.windows(2).map(|pair| pair[0] * pair[1]).sum();
+            require(
+                weights <= WEIGHTS_MAX,
+                key,
+                hidden,
+                "layers with at most 268435456 weights between them",
             )?;
         }
         let rate = self.learning_rate;

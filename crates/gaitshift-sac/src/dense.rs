@@ -99,32 +99,49 @@ pub struct Product<'a, T> {
 impl<T> Product<'_, T> {
     /// Every index the kernels form lies inside the slices.
     pub(crate) fn check(&self) {
+        assert!(self.fits(), "a product reaches outside its matrices");
+    }
+
+    fn fits(&self) -> bool {
         let Self {
             rows,
             shared,
             columns,
             ..
         } = *self;
-        assert!(columns % LANES == 0 && self.b_stride >= columns && self.c_stride >= columns);
-        if rows > 0 {
-            if shared > 0 {
-                let last = (rows - 1) * self.a.row + (shared - 1) * self.a.step;
-                assert!(self.a.values.len() > last);
-                assert!(self.b.len() >= (shared - 1) * self.b_stride + columns);
-            }
-            assert!(self.c.len() >= (rows - 1) * self.c_stride + columns);
-            match self.epilogue {
-                Epilogue::None => {}
-                Epilogue::Bias(bias) | Epilogue::BiasRelu(bias) => assert!(bias.len() >= columns),
-                Epilogue::Mask(mask, stride) => {
-                    assert!(mask.len() >= (rows - 1) * stride + columns)
-                }
-            }
-        }
+        let matrix = |slice: &[T], rows: usize, stride: usize| {
+            stride >= columns && reaches(slice, rows, stride, columns, 1)
+        };
+        let epilogue = match self.epilogue {
+            Epilogue::None => true,
+            Epilogue::Bias(bias) | Epilogue::BiasRelu(bias) => bias.len() >= columns,
+            Epilogue::Mask(mask, stride) => reaches(mask, rows, stride, columns, 1),
+        };
+        columns.is_multiple_of(LANES)
+            && reaches(self.a.values, rows, self.a.row, shared, self.a.step)
+            && matrix(self.b, shared, self.b_stride)
+            && matrix(self.c, rows, self.c_stride)
+            && epilogue
     }
 }
 
+/// Whether a matrix whose rows are `row` apart, and their elements `step`, lies inside `slice`.
+fn reaches<T>(slice: &[T], rows: usize, row: usize, columns: usize, step: usize) -> bool {
+    let (Some(rows), Some(columns)) = (rows.checked_sub(1), columns.checked_sub(1)) else {
+        return true;
+    };
+    // In arithmetic that does not wrap: nothing else stands between a huge distance and memory of others.
+    let last = rows
+        .checked_mul(row)
+        .zip(columns.checked_mul(step))
+        .and_then(|(row, column)| row.checked_add(column));
+    last.is_some_and(|last| last < slice.len())
+}
+
 /// C = A B with the fastest kernel of this processor.
+///
+/// # Panics
+/// When a matrix does not lie inside its slice, its rows overlap, or the columns are no multiple of 8.
 pub fn multiply<T: Real>(product: Product<'_, T>) {
     T::multiply(product);
 }

@@ -120,60 +120,66 @@ mod avx {
 
     use super::{Avx, LANES, Lanes};
 
-    // SAFETY of every block below: AVX2 and FMA are present by the contract of `Avx`; slices are checked to hold
-    // eight scalars before they are read or written.
+    /// What follows from the contract of [`Avx`]; slices are checked to hold eight scalars before they are read or written.
+    macro_rules! avx {
+        ($($body:tt)*) => {{
+            // SAFETY: AVX2 and FMA are present where an `Avx` is, and pointers are those of eight scalars.
+            unsafe { $($body)* }
+        }};
+    }
+
     impl Lanes<f32> for Avx {
         #[inline(always)]
         fn splat(value: f32) -> Self {
-            unsafe { Self(_mm256_set1_ps(value)) }
+            avx! { Self(_mm256_set1_ps(value)) }
         }
         #[inline(always)]
         fn load(from: &[f32], place: usize) -> Self {
             let from = &from[place..place + LANES];
-            unsafe { Self(_mm256_loadu_ps(from.as_ptr())) }
+            avx! { Self(_mm256_loadu_ps(from.as_ptr())) }
         }
         #[inline(always)]
         fn store(self, to: &mut [f32], place: usize) {
             let to = &mut to[place..place + LANES];
-            unsafe { _mm256_storeu_ps(to.as_mut_ptr(), self.0) }
+            avx! { _mm256_storeu_ps(to.as_mut_ptr(), self.0) }
         }
         #[inline(always)]
         fn add(self, other: Self) -> Self {
-            unsafe { Self(_mm256_add_ps(self.0, other.0)) }
+            avx! { Self(_mm256_add_ps(self.0, other.0)) }
         }
         #[inline(always)]
         fn sub(self, other: Self) -> Self {
-            unsafe { Self(_mm256_sub_ps(self.0, other.0)) }
+            avx! { Self(_mm256_sub_ps(self.0, other.0)) }
         }
         #[inline(always)]
         fn mul(self, other: Self) -> Self {
-            unsafe { Self(_mm256_mul_ps(self.0, other.0)) }
+            avx! { Self(_mm256_mul_ps(self.0, other.0)) }
         }
         #[inline(always)]
         fn mul_add(self, factor: Self, addend: Self) -> Self {
-            unsafe { Self(_mm256_fmadd_ps(self.0, factor.0, addend.0)) }
+            avx! { Self(_mm256_fmadd_ps(self.0, factor.0, addend.0)) }
         }
         #[inline(always)]
         fn rectify(self) -> Self {
-            unsafe { Self(_mm256_max_ps(_mm256_setzero_ps(), self.0)) }
+            avx! { Self(_mm256_max_ps(_mm256_setzero_ps(), self.0)) }
         }
         #[inline(always)]
         fn where_positive(self, condition: Self) -> Self {
-            unsafe {
+            avx! {
                 let mask = _mm256_cmp_ps::<_CMP_GT_OQ>(condition.0, _mm256_setzero_ps());
                 Self(_mm256_and_ps(self.0, mask))
             }
         }
         #[inline(always)]
         fn not_zero(self) -> u8 {
-            unsafe {
+            avx! {
                 let different = _mm256_cmp_ps::<_CMP_NEQ_UQ>(self.0, _mm256_setzero_ps());
                 _mm256_movemask_ps(different) as u8
             }
         }
         #[inline(always)]
         fn sum(self) -> f32 {
-            unsafe {
+            avx! {
                 let four = _mm_add_ps(
                     _mm256_castps256_ps128(self.0),
                     _mm256_extractf128_ps::<1>(self.0),
@@ -184,7 +190,7 @@ mod avx {
         }
         #[inline(always)]
         fn transpose(square: [Self; LANES]) -> [Self; LANES] {
-            unsafe {
+            avx! {
                 // Within halves of four: pairs of rows, then fours; at last the halves change places.
                 let [a, b, c, d, e, f, g, h] = square.map(|row| row.0);
                 let four = |a, b, c, d| {

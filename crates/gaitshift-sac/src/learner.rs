@@ -12,7 +12,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::adam::{self, AdamStep};
-use crate::config::{SacConfig, Temperature};
+use crate::config::{SIZE_MAX, SacConfig, Temperature, require};
 use crate::error::SacError;
 use crate::gaussian;
 use crate::lanes::{LANES, Lanes};
@@ -229,19 +229,8 @@ impl<T: Real> Learner<T> {
         rng: &mut rand_xoshiro::Xoshiro256PlusPlus,
     ) -> Result<Self, SacError> {
         config.validate()?;
-        let sizes = 1..=1usize << 16;
-        crate::config::require(
-            sizes.contains(&observation_size),
-            "observation_size",
-            &observation_size,
-            "from 1 to 65536",
-        )?;
-        crate::config::require(
-            sizes.contains(&action_size),
-            "action_size",
-            &action_size,
-            "from 1 to 65536",
-        )?;
+        let sizes = [observation_size, action_size];
+        check_sizes(sizes)?;
         match &mirror {
             Some(mirror) => mirror.validate(observation_size, action_size)?,
             None if config.mirror_loss_weight > 0.0 => {
@@ -256,14 +245,8 @@ impl<T: Real> Learner<T> {
             }
             None => {}
         }
-        let actor = Mlp::random(actor_shape(&config, observation_size, action_size), rng);
-        let critic_shape = MlpShape {
-            inputs: observation_size + action_size,
-            hidden: config.critic_hidden.clone(),
-            outputs: 1,
-            layer_norm: config.critic_layer_norm,
-        };
-        let critics = [0, 1].map(|_| Trained::new(Mlp::random(critic_shape.clone(), rng)));
+        let actor = Mlp::random(actor_shape(&config, sizes), rng);
+        let critics = [0, 1].map(|_| Trained::new(Mlp::random(critic_shape(&config, sizes), rng)));
         let targets = [critics[0].network.clone(), critics[1].network.clone()];
         let average = (config.actor_average_decay > 0.0).then(|| actor.clone());
         let actor = Trained::new(actor);
@@ -729,16 +712,45 @@ fn total<'a>(sums: impl Iterator<Item = &'a Sums>) -> Sums {
     total
 }
 
+/// Numbers per observation and per action that a learner takes.
+pub(crate) fn check_sizes([observation_size, action_size]: [usize; 2]) -> Result<(), SacError> {
+    for (key, size) in [
+        ("observation_size", observation_size),
+        ("action_size", action_size),
+    ] {
+        require(
+            (1..=SIZE_MAX).contains(&size),
+            key,
+            &size,
+            "from 1 to 65536",
+        )?;
+    }
+    Ok(())
+}
+
+/// Sizes of the actor, for so many numbers per observation and per action.
 pub(crate) fn actor_shape(
     config: &SacConfig,
-    observation_size: usize,
-    action_size: usize,
+    [observation_size, action_size]: [usize; 2],
 ) -> MlpShape {
     MlpShape {
         inputs: observation_size,
         hidden: config.actor_hidden.clone(),
         outputs: 2 * action_size,
         layer_norm: config.actor_layer_norm,
+    }
+}
+
+/// Sizes of a critic, likewise.
+pub(crate) fn critic_shape(
+    config: &SacConfig,
+    [observation_size, action_size]: [usize; 2],
+) -> MlpShape {
+    MlpShape {
+        inputs: observation_size + action_size,
+        hidden: config.critic_hidden.clone(),
+        outputs: 1,
+        layer_norm: config.critic_layer_norm,
     }
 }
 
@@ -810,17 +822,26 @@ fn finish<T: Real>(
             let Some(buffers) = &buffers[network] else {
                 return;
             };
-            // SAFETY, here and below: ranges of different tasks do not overlap.
-            let gradient = unsafe { buffers.gradient.range(from, to) };
+            // SAFETY: ranges of different tasks do not overlap.
+            let (gradient, square) = unsafe {
+                (
+                    buffers.gradient.range(from, to),
+                    &mut squares.range(task, task + 1)[0],
+                )
+            };
             if let Some(parts) = parts {
                 add_up(parts[network], from, gradient);
-                let square = unsafe { squares.range(task, task + 1) };
-                square[0] = adam::sum_of_squares(gradient).to_f64();
+                *square = adam::sum_of_squares(gradient).to_f64();
             }
             if let Some((step, scale)) = buffers.step {
-                let parameters = unsafe { buffers.parameters.range(from, to) };
-                let first_moment = unsafe { buffers.first_moment.range(from, to) };
-                let second_moment = unsafe { buffers.second_moment.range(from, to) };
+                // SAFETY: as above.
+                let (parameters, first_moment, second_moment) = unsafe {
+                    (
+                        buffers.parameters.range(from, to),
+                        buffers.first_moment.range(from, to),
+                        buffers.second_moment.range(from, to),
+                    )
+                };
                 adam::descend(
                     step,
                     scale,
@@ -830,6 +851,7 @@ fn finish<T: Real>(
                     second_moment,
                 );
                 if let Some((rate, follower)) = &buffers.follower {
+                    // SAFETY: as above.
                     adam::follow(*rate, parameters, unsafe { follower.range(from, to) });
                 }
             }

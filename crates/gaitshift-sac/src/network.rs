@@ -30,6 +30,29 @@ pub struct MlpShape {
     pub layer_norm: bool,
 }
 
+impl MlpShape {
+    /// Names and shapes of the parameter tensors, in order. Takes no memory for the parameters themselves, so that a
+    /// file can be compared with the sizes that it names before a network of those sizes is made.
+    pub fn tensors(&self) -> Vec<(String, Vec<usize>)> {
+        let mut tensors = Vec::new();
+        let mut inputs = self.inputs;
+        for (index, &units) in self.hidden.iter().enumerate() {
+            let mut add =
+                |name: &str, shape| tensors.push((format!("layers.{index}.{name}"), shape));
+            add("weight", vec![units, inputs]);
+            add("bias", vec![units]);
+            if self.layer_norm {
+                add("norm.weight", vec![units]);
+                add("norm.bias", vec![units]);
+            }
+            inputs = units;
+        }
+        tensors.push(("output.weight".into(), vec![self.outputs, inputs]));
+        tensors.push(("output.bias".into(), vec![self.outputs]));
+        tensors
+    }
+}
+
 /// Where a hidden layer lies in the flat parameters.
 #[derive(Clone, Debug)]
 struct Hidden {
@@ -48,6 +71,21 @@ struct Hidden {
 impl Hidden {
     fn weight_range(&self) -> std::ops::Range<usize> {
         self.weight..self.weight + self.inputs * self.stride
+    }
+}
+
+/// Where a tensor lies in the flat parameters.
+struct Place {
+    start: usize,
+    extents: [usize; 2],
+    strides: [usize; 2],
+}
+
+impl Place {
+    /// Where its elements lie, last index fastest.
+    fn indices(&self) -> impl Iterator<Item = usize> + use<> {
+        let (start, [rows, columns], [row, column]) = (self.start, self.extents, self.strides);
+        (0..rows).flat_map(move |r| (0..columns).map(move |c| start + r * row + c * column))
     }
 }
 
@@ -197,65 +235,48 @@ impl<T: Real> Mlp<T> {
         &self.shape
     }
 
-    /// Visits every real (not padding) parameter: tensor name, shape, and for each element its place
-    /// in the flat buffer.
-    fn places(&self) -> Vec<(String, Vec<usize>, Vec<usize>)> {
+    /// For each parameter tensor, in the order of [`MlpShape::tensors`]: where it lies in the flat buffer, as its extents
+    /// and the distances between neighbours along them.
+    fn places(&self) -> Vec<Place> {
         let mut places = Vec::new();
-        for (index, layer) in self.layout.hidden.iter().enumerate() {
-            let weight = (0..layer.units)
-                .flat_map(|unit| {
-                    (0..layer.inputs).map(move |input| layer.weight + input * layer.stride + unit)
-                })
-                .collect();
-            places.push((
-                format!("layers.{index}.weight"),
-                vec![layer.units, layer.inputs],
-                weight,
-            ));
-            let vector = |start: usize| (start..start + layer.units).collect();
-            places.push((
-                format!("layers.{index}.bias"),
-                vec![layer.units],
-                vector(layer.bias),
-            ));
+        let vector = |start, units| Place {
+            start,
+            extents: [1, units],
+            strides: [0, 1],
+        };
+        for layer in &self.layout.hidden {
+            places.push(Place {
+                start: layer.weight,
+                extents: [layer.units, layer.inputs],
+                strides: [1, layer.stride],
+            });
+            places.push(vector(layer.bias, layer.units));
             if self.shape.layer_norm {
-                places.push((
-                    format!("layers.{index}.norm.weight"),
-                    vec![layer.units],
-                    vector(layer.gain),
-                ));
-                places.push((
-                    format!("layers.{index}.norm.bias"),
-                    vec![layer.units],
-                    vector(layer.shift),
-                ));
+                places.push(vector(layer.gain, layer.units));
+                places.push(vector(layer.shift, layer.units));
             }
         }
         let last = &self.layout.hidden[self.layout.hidden.len() - 1];
-        let weight = (0..self.shape.outputs)
-            .flat_map(|output| {
-                (0..last.units).map(move |unit| self.layout.weight + output * last.padded + unit)
-            })
-            .collect();
-        places.push((
-            "output.weight".into(),
-            vec![self.shape.outputs, last.units],
-            weight,
-        ));
-        let bias = (self.layout.bias..self.layout.bias + self.shape.outputs).collect();
-        places.push(("output.bias".into(), vec![self.shape.outputs], bias));
+        places.push(Place {
+            start: self.layout.weight,
+            extents: [self.shape.outputs, last.units],
+            strides: [last.padded, 1],
+        });
+        places.push(vector(self.layout.bias, self.shape.outputs));
         places
     }
 
     /// Numbers that `flat` (parameters, a gradient, a moment: anything in this network's layout) holds, as
     /// named tensors.
     pub fn tensors_of(&self, flat: &[T]) -> Vec<NamedTensor<T>> {
-        self.places()
+        self.shape
+            .tensors()
             .into_iter()
-            .map(|(name, shape, places)| NamedTensor {
+            .zip(self.places())
+            .map(|((name, shape), place)| NamedTensor {
                 name,
                 shape,
-                values: places.into_iter().map(|place| flat[place]).collect(),
+                values: place.indices().map(|index| flat[index]).collect(),
             })
             .collect()
     }
@@ -265,25 +286,17 @@ impl<T: Real> Mlp<T> {
         self.tensors_of(&self.parameters)
     }
 
-    /// Names and shapes of the parameter tensors, in order.
-    pub fn tensor_shapes(&self) -> Vec<(String, Vec<usize>)> {
-        self.places()
-            .into_iter()
-            .map(|(name, shape, _)| (name, shape))
-            .collect()
-    }
-
     /// Writes named tensors into `flat`; tensors of other names or shapes are left alone. Returns how many
     /// were written.
     pub fn load_tensors_into(&self, tensors: &[NamedTensor<T>], flat: &mut [T]) -> usize {
         let mut loaded = 0;
-        for (name, shape, places) in self.places() {
+        for ((name, shape), place) in self.shape.tensors().into_iter().zip(self.places()) {
             if let Some(tensor) = tensors
                 .iter()
                 .find(|tensor| tensor.name == name && tensor.shape == shape)
             {
-                for (place, &value) in places.into_iter().zip(&tensor.values) {
-                    flat[place] = value;
+                for (index, &value) in place.indices().zip(&tensor.values) {
+                    flat[index] = value;
                 }
                 loaded += 1;
             }
@@ -301,10 +314,8 @@ impl<T: Real> Mlp<T> {
 
     /// Real (not padding) parameters.
     pub fn parameter_count(&self) -> usize {
-        self.places()
-            .iter()
-            .map(|(_, _, places)| places.len())
-            .sum()
+        let places = self.places().into_iter();
+        places.map(|place| place.indices().count()).sum()
     }
 
     /// Zeros in the layout of the parameters.

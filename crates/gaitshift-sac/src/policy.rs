@@ -108,8 +108,8 @@ impl Policy {
         {
             return Err(PolicyError::Shape { shape });
         }
-        let mut network = Mlp::zeros(shape);
-        for (name, shape) in network.tensor_shapes() {
+        // Before any memory is taken for a network of those sizes: whoever holds the tensors has room for it.
+        for (name, shape) in shape.tensors() {
             let Some(tensor) = tensors.iter().find(|tensor| tensor.name == name) else {
                 return Err(PolicyError::Missing { name });
             };
@@ -124,6 +124,7 @@ impl Policy {
                 return Err(PolicyError::NotFinite { name });
             }
         }
+        let mut network = Mlp::zeros(shape);
         network.load_tensors(tensors);
         Ok(Self::new(network))
     }

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use rand::Rng;
 
-use crate::config::require;
+use crate::config::{SIZE_MAX, require};
 use crate::error::SacError;
 use crate::mirror::{Mirror, reflect};
 use crate::random::below;
@@ -154,7 +154,7 @@ impl ReplayBuffer {
         observation_size: usize,
         action_size: usize,
     ) -> Result<Self, SacError> {
-        let sizes = 1..=1usize << 16;
+        let sizes = 1..=SIZE_MAX;
         require(
             sizes.contains(&streams),
             "streams",

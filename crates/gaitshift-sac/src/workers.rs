@@ -27,9 +27,6 @@ const YIELDS: u32 = 20;
 /// Polls between yields of a thread that waits for a task of another.
 const WAITING_SPINS: u32 = 2_000;
 
-/// Tasks of one call; fits the packed counter.
-const MAX_TASKS: usize = u16::MAX as usize - 1;
-
 /// Stages of one call, some of which may be empty.
 const STAGES: usize = 2;
 
@@ -38,8 +35,7 @@ type StagedTask<'a> = dyn Fn(usize, usize, usize) + Sync + 'a;
 type Task = *const StagedTask<'static>;
 
 struct Shared {
-    /// For each stage generation (upper 32 bits), end (16) and start (16) of the tasks not yet taken, so that a claim
-    /// is valid for exactly the call that published it.
+    /// For each stage the tasks not yet taken: the end in the upper 32 bits, the start in the lower.
     tickets: [AtomicU64; STAGES],
     task: UnsafeCell<Option<Task>>,
     done: AtomicUsize,
@@ -69,9 +65,9 @@ impl Shared {
                 return false;
             };
             let (taken, rest) = if thread.is_multiple_of(2) {
-                (start, current + 1)
+                (start, ticket_of(start + 1, end))
             } else {
-                (end - 1, current - (1 << 16))
+                (end - 1, ticket_of(start, end - 1))
             };
             match ticket.compare_exchange_weak(current, rest, Ordering::AcqRel, Ordering::Acquire) {
                 Err(changed) => current = changed,
@@ -124,9 +120,14 @@ impl Shared {
     }
 }
 
+/// The tasks `start..end`.
+fn ticket_of(start: u32, end: u32) -> u64 {
+    u64::from(end) << 32 | u64::from(start)
+}
+
 /// Start and end of the tasks that a ticket has left.
-fn left(ticket: u64) -> Option<(u64, u64)> {
-    let (start, end) = (ticket & 0xffff, (ticket >> 16) & 0xffff);
+fn left(ticket: u64) -> Option<(u32, u32)> {
+    let (start, end) = (ticket as u32, (ticket >> 32) as u32);
     (start < end).then_some((start, end))
 }
 
@@ -185,6 +186,9 @@ impl Workers {
     /// done. `task` is told the number of the thread it runs on, below [`Workers::threads`], the stage and its number in
     /// it. No two tasks run at the same time on one thread, but those of the second stage may begin while some of the first
     /// still run; what they need of them they must await at a [`Gate`].
+    ///
+    /// # Panics
+    /// When a task panicked, or a stage has 2³² tasks or more.
     pub fn run_stages(&mut self, stages: [usize; STAGES], task: &StagedTask<'_>) {
         let tasks: usize = stages.iter().sum();
         if self.handles.is_empty() || tasks <= 1 {
@@ -193,7 +197,10 @@ impl Workers {
             }
             return;
         }
-        assert!(stages.iter().all(|&tasks| tasks <= MAX_TASKS));
+        let tickets = stages.map(|tasks| {
+            let tasks = u32::try_from(tasks).expect("fewer than 2^32 tasks in a stage");
+            ticket_of(0, tasks)
+        });
         let shared = &*self.shared;
         // SAFETY: no claim is outstanding, see `Shared`. The lifetime of `task` is erased; the borrow
         // outlives every use because this function returns only when all tasks are done.
@@ -201,12 +208,10 @@ impl Workers {
             *shared.task.get() = Some(std::mem::transmute::<&StagedTask<'_>, Task>(task));
         }
         shared.done.store(0, Ordering::Relaxed);
-        for (ticket, tasks) in shared.tickets.iter().zip(stages) {
-            let generation = (ticket.load(Ordering::Relaxed) >> 32).wrapping_add(1);
-            ticket.store(
-                (generation << 32) | ((tasks as u64) << 16),
-                Ordering::SeqCst,
-            );
+        // A thread that read a ticket of an earlier call and finds the same tasks left claims one of this call, and rightly:
+        // its exchange has seen this store.
+        for (ticket, tasks) in shared.tickets.iter().zip(tickets) {
+            ticket.store(tasks, Ordering::SeqCst);
         }
         for (sleeping, handle) in shared.sleeping.iter().zip(&self.handles) {
             if sleeping.load(Ordering::SeqCst) {

@@ -43,9 +43,12 @@ type Change = fn(&mut SacConfig);
 
 #[test]
 fn values_out_of_range_are_named() {
-    let cases: [(&str, Change); 20] = [
+    let cases: [(&str, Change); 21] = [
         ("actor_hidden", |config| config.actor_hidden = vec![]),
         ("critic_hidden", |config| config.critic_hidden = vec![64, 0]),
+        ("critic_hidden", |config| {
+            config.critic_hidden = vec![8, 65_536, 65_536];
+        }),
         ("learning_rate", |config| config.learning_rate = 0.0),
         ("learning_rate", |config| config.learning_rate = f64::NAN),
         ("gamma", |config| config.gamma = 1.01),

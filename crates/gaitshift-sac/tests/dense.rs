@@ -8,7 +8,9 @@
 
 mod products;
 
-use gaitshift_sac::dense::{Product, multiply, multiply_portable, padded, row_stride};
+use gaitshift_sac::dense::{
+    Epilogue, Left, Product, multiply, multiply_portable, padded, row_stride,
+};
 use products::{Kind, Problem, any_kind};
 use proptest::prelude::*;
 
@@ -68,5 +70,65 @@ fn rows_are_an_odd_number_of_lines_apart() {
         let stride = row_stride(columns);
         assert!(stride >= padded(columns) && padded(columns) >= columns);
         assert_eq!(stride % 32, 16);
+    }
+}
+
+/// The check of a product's sizes was made in wrapping arithmetic: with a huge distance between rows it passed, and a safe
+/// call read outside its slices. Every such product is refused now.
+#[test]
+fn sizes_that_overflow_are_refused() {
+    let huge = usize::MAX / 3 + 1;
+    let (a, b, mask) = ([1.0f32; 64], [1.0; 64], [1.0; 64]);
+    let small = Product {
+        rows: 4,
+        shared: 4,
+        columns: 8,
+        a: Left::rows(&a, 8),
+        b: &b,
+        b_stride: 8,
+        c: &mut [0.0; 64],
+        c_stride: 8,
+        epilogue: Epilogue::None,
+    };
+    // 3 · huge wraps to 2: the last element seems to lie inside.
+    let mut out = [[0.0; 64]; 5];
+    let [c_1, c_2, c_3, c_4, c_5] = &mut out;
+    let wrong = [
+        Product {
+            a: Left::rows(&a, huge),
+            c: c_1,
+            epilogue: Epilogue::None,
+            ..small
+        },
+        Product {
+            a: Left::transposed(&a, huge),
+            c: c_2,
+            epilogue: Epilogue::None,
+            ..small
+        },
+        Product {
+            b_stride: huge,
+            c: c_3,
+            epilogue: Epilogue::None,
+            ..small
+        },
+        Product {
+            c_stride: huge,
+            c: c_4,
+            epilogue: Epilogue::None,
+            ..small
+        },
+        Product {
+            epilogue: Epilogue::Mask(&mask, huge),
+            c: c_5,
+            ..small
+        },
+    ];
+    for product in wrong {
+        let text = format!("{product:?}");
+        let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| multiply(product)));
+        let message = outcome.expect_err(&text);
+        let message = message.downcast_ref::<&str>().copied().unwrap_or_default();
+        assert!(message.contains("outside"), "{message}");
     }
 }

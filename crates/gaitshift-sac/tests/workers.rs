@@ -75,6 +75,24 @@ fn sleeping_workers_wake_or_are_not_needed() {
     }
 }
 
+/// The number of tasks of a call was packed into 16 bits, and a call with more panicked, though only with two threads: a
+/// learner with `critic_hidden = [6000, 6000]` has 70,000 ranges of parameters to step.
+#[test]
+fn more_tasks_than_fit_sixteen_bits() {
+    for threads in [1, 2] {
+        let tasks = 70_500;
+        let counts: Vec<AtomicU32> = (0..tasks).map(|_| AtomicU32::new(0)).collect();
+        Workers::new(threads).run(tasks, &|task| {
+            counts[task].fetch_add(1, Ordering::Relaxed);
+        });
+        assert!(
+            counts
+                .iter()
+                .all(|count| count.load(Ordering::Relaxed) == 1)
+        );
+    }
+}
+
 #[test]
 fn pairs_of_elements_are_worked_on_once() {
     let mut workers = Workers::new(2);

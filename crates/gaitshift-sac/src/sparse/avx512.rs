@@ -31,7 +31,7 @@ unsafe fn strip<const N: usize, const HALF: bool>(
         ..
     } = *product;
     let width = pattern.width();
-    // SAFETY of every pointer below: rows, columns and marked elements lie inside the slices.
+    // SAFETY: rows, columns and marked elements, and so every pointer below, lie inside the slices.
     unsafe {
         for word in 0..width {
             // The part of B that all rows visit before the next.
