@@ -87,7 +87,7 @@ class Contestant:
                           f"give --threads {len(cores)}")
         self.name, self.command, self.threads, self.remedy = name, [str(part) for part in command], threads, remedy
         self.rounds = []
-        self.stderr = tempfile.TemporaryFile()
+        self.stderr = tempfile.TemporaryFile()  # noqa: SIM115 (open as long as the process)
         # The last cores: the first one handles most interrupts.
         try:
             self.process = subprocess.Popen(
@@ -321,9 +321,15 @@ def measure_memory(arguments, report):
     report.data["memory"] = results
 
 
+def without_folders(part):
+    """A part of a command as it may be published: a peer's script by its path in the repository, other files by name."""
+    path = Path(part)
+    return str(path.relative_to(ROOT)) if PEERS in path.parents else path.name
+
+
 def raw(contestant):
-    return {"name": contestant.name, "command": contestant.command, "threads": contestant.threads,
-            "rounds": contestant.rounds}
+    command = [without_folders(part) for part in contestant.command]
+    return {"name": contestant.name, "command": command, "threads": contestant.threads, "rounds": contestant.rounds}
 
 
 def output(*command):

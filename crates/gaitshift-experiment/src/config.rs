@@ -112,9 +112,9 @@ impl Default for Experiment {
 
 /// The recipes that come with the program, by name.
 pub const RECIPES: [(&str, &str); 3] = [
-    ("paper", include_str!("../../../experiments/paper.toml")),
-    ("journal", include_str!("../../../experiments/journal.toml")),
-    ("fast", include_str!("../../../experiments/fast.toml")),
+    ("paper", include_str!("../recipes/paper.toml")),
+    ("journal", include_str!("../recipes/journal.toml")),
+    ("fast", include_str!("../recipes/fast.toml")),
 ];
 
 /// A configuration that cannot be used: the file, what is wrong, what to do.

@@ -4,10 +4,10 @@ use crate::{Controller, ControllerError};
 use std::path::Path;
 
 /// The shipped controller's file, part of the program so that it needs no other file to run.
-const BYTES: &[u8] = include_bytes!("../../../controllers/biped.safetensors");
+const BYTES: &[u8] = include_bytes!("../controllers/biped.safetensors");
 
 impl Controller {
-    /// The controller that comes with the program: `controllers/biped.safetensors`.
+    /// The controller that comes with the program: `controllers/biped.safetensors` of this crate.
     ///
     /// # Errors
     /// As [`Controller::from_bytes`], if the program was built with a file that is no controller.

@@ -18,7 +18,7 @@ from stable_baselines3 import SAC
 import gaitshift
 
 matplotlib.use("Agg")
-from matplotlib import pyplot  # noqa: E402
+from matplotlib import pyplot
 
 
 class ScaledObservation(gymnasium.ObservationWrapper):

@@ -139,7 +139,7 @@ def test_files_that_are_none_are_refused(tmp_path, recording):
         gaitshift.Controller.load(damaged)
     with pytest.raises(ValueError, match="damaged"):
         gaitshift.Recording.read_csv(damaged)
-    with pytest.raises(ValueError, match="cut.csv"):
+    with pytest.raises(ValueError, match=r"cut\.csv"):
         gaitshift.Recording.read_csv(tmp_path / "cut.csv")
     with pytest.raises(OSError):
         recording.write_csv(tmp_path / "no" / "such" / "folder.csv")

@@ -7,6 +7,7 @@ forces agree, and where damping and friction differ in form, motions differ by a
 import mujoco
 import numpy as np
 import pytest
+
 from biped_in_mujoco import NAMES, Biped
 
 
@@ -73,7 +74,7 @@ def test_the_force_of_a_sphere_is_the_spring_and_damper_that_the_file_says(param
             damper = load_n * p["contact_dissipation_s_per_m"] * -speed
             # What remains is the constraint's added mass times the acceleration, 0.01 % of the foot's mass.
             np.testing.assert_allclose(theirs, max(0.0, spring + damper), rtol=2e-3)
-            if share == 1.0 or p["contact_exponent"] == 1.0 and speed == 0.0:
+            if share == 1.0 or (p["contact_exponent"] == 1.0 and speed == 0.0):
                 ours = biped.ours.foot_contact(positions, velocities)[0]["normal_n"]
                 np.testing.assert_allclose(theirs, ours, rtol=2e-3)
 
@@ -84,7 +85,7 @@ def test_it_stands_at_the_same_height_under_the_same_forces():
     state = standing(biped)
     state[0][[4, 8]] = -biped.parameters["stroke_m"]
     state[0][1] -= biped.parameters["stroke_m"]
-    ours, _, report = ours_after(biped, state, (0.0, 0.0), 4.0)
+    ours, _, _ = ours_after(biped, state, (0.0, 0.0), 4.0)
     biped.put(*state)
     theirs, _ = biped.move(4.0)
     forces = biped.foot_forces()[:, 1]

@@ -9,6 +9,7 @@ coordinate falls with our step, to first order, as our integrator's error should
 import mujoco
 import numpy as np
 import pytest
+
 from biped_in_mujoco import NAMES, Biped, random_state
 
 # The end stop's dissipation is what MJCF cannot express; without it the stops too are the same.

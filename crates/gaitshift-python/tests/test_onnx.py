@@ -48,7 +48,8 @@ def in_64_bits(model, observations):
             greatest = max(greatest, np.max(np.abs(values)))
         else:
             scale = constants[node.input[1]] if node.op_type == "Mul" else None
-            values = {"Mul": lambda v: v * scale, "Relu": lambda v: np.maximum(v, 0), "Tanh": np.tanh}[node.op_type](values)
+            step = {"Mul": lambda v, scale=scale: v * scale, "Relu": lambda v: np.maximum(v, 0), "Tanh": np.tanh}
+            values = step[node.op_type](values)
     return values, greatest
 
 

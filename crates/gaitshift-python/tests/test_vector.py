@@ -63,7 +63,7 @@ def test_what_a_step_gave_is_not_changed_later():
     env.reset(seed=1)
     given = []
     for _ in range(40):
-        observations, rewards, terminated, truncated, info = env.step(np.ones((3, 2)))
+        _, _, terminated, truncated, info = env.step(np.ones((3, 2)))
         given.append((info, {key: value.copy() for key, value in info.items()}))
         if (terminated | truncated).any():
             env.reset(options={"reset_mask": terminated | truncated})

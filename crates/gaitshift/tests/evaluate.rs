@@ -206,7 +206,7 @@ fn criteria_decide_the_exit_code() {
 #[test]
 fn a_file_that_is_no_controller_is_refused() {
     let place = Place::new();
-    let shipped = include_bytes!("../../../controllers/biped.safetensors");
+    let shipped = include_bytes!("../../gaitshift-experiment/controllers/biped.safetensors");
     place.write("half.safetensors", &shipped[..shipped.len() / 2]);
     place.write("cut.safetensors", &shipped[..shipped.len() - 1]);
     place.write("head.safetensors", &shipped[..4]);

@@ -14,6 +14,7 @@ swing a leg forward.
 
 from gymnasium.envs.registration import register
 
+from gaitshift._motion import Controller, Recording
 from gaitshift._native import (
     COLUMNS,
     INFO_NAMES,
@@ -23,7 +24,6 @@ from gaitshift._native import (
     __version__,
     reward_terms,
 )
-from gaitshift._motion import Controller, Recording
 from gaitshift.env import PassiveBipedEnv
 from gaitshift.vector import PassiveBipedVectorEnv
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from gymnasium import spaces
 from gymnasium.error import Error
+from numpy.typing import NDArray
 
 from gaitshift import _native
 from gaitshift._motion import Controller
@@ -37,10 +38,10 @@ def refuse_render_mode(render_mode: object) -> None:
         raise ValueError(f"render_mode {render_mode!r} is not supported; record and use `gaitshift render` instead")
 
 
-def make_spaces() -> tuple[spaces.Box, spaces.Box]:
+def make_spaces() -> tuple[spaces.Space[NDArray[np.float64]], spaces.Space[NDArray[np.float32]]]:
     observation = spaces.Box(-np.inf, np.inf, (len(_native.OBSERVATION_NAMES),), np.float64)
     action = spaces.Box(-1.0, 1.0, (2,), np.float32)
-    return observation, action
+    return cast(Any, observation), cast(Any, action)
 
 
 def make_batch(

@@ -110,7 +110,7 @@ class Recording(Mapping[str, NDArray[np.float64]]):
         """The motion before a change of the command and after it: the fields of ``gaitshift transition --json``."""
         return self._native.transition_summary(ramp_start_s, ramp_end_s)
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return Recording, (self.metadata, dict(self))
 
     def __repr__(self) -> str:
@@ -167,7 +167,9 @@ class Controller:
         """
         return self._native.act(np.ascontiguousarray(observation, dtype=np.float64))
 
-    def predict(self, observation: ArrayLike, state=None, episode_start=None, deterministic=True):
+    def predict(
+        self, observation: ArrayLike, state: Any = None, episode_start: Any = None, deterministic: bool = True
+    ) -> tuple[NDArray[np.float32], Any]:
         """As Stable-Baselines3's ``predict``, so that its ``evaluate_policy`` accepts the controller."""
         return self(observation), state
 
@@ -187,7 +189,10 @@ class Controller:
             seed: draws the start, as ``--seed``; without it the default start.
             body: parameters that differ from the body it was trained on.
         """
-        points = [(0.0, float(omega_v))] if np.isscalar(omega_v) else [(float(t), float(w)) for t, w in omega_v]
+        if isinstance(omega_v, (int, float, np.number)):
+            points = [(0.0, float(omega_v))]
+        else:
+            points = [(float(t), float(w)) for t, w in omega_v]
         changes = None if body is None else dict(body)
         return Recording._wrap(self._native.record(points, duration_s, seed, changes))
 
@@ -200,7 +205,7 @@ class Controller:
         self._native.write_onnx(os.fspath(path))
 
     # Gymnasium copies the arguments of an environment, and sends them to the processes of an AsyncVectorEnv.
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return _controller, (self._native.to_bytes(), self.name)
 
     def __repr__(self) -> str:

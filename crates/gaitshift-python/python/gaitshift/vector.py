@@ -123,11 +123,11 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         if self.autoreset_mode == AutoresetMode.DISABLED and self._over.any():
             first = int(np.argmax(self._over))
             raise ResetNeeded(f"the episode of environment {first} is over; reset it with options={{'reset_mask': ...}}")
-        actions = np.ascontiguousarray(actions, dtype=np.float64)
-        if actions.shape != (self.num_envs, 2):
-            raise ValueError(f"the actions have the shape {actions.shape}, but it must be ({self.num_envs}, 2)")
+        commands = np.ascontiguousarray(actions, dtype=np.float64)
+        if commands.shape != (self.num_envs, 2):
+            raise ValueError(f"the actions have the shape {commands.shape}, but it must be ({self.num_envs}, 2)")
         observations, rewards, terminated, truncated, info, final = self._batch.step(
-            actions, _MODES[self.autoreset_mode]
+            commands, _MODES[self.autoreset_mode]
         )
         over = terminated | truncated
         self._over = over
