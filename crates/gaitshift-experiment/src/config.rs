@@ -161,7 +161,7 @@ pub enum ConfigError {
         message: String,
     },
     /// No such recipe.
-    #[error("{origin}: there is no recipe `{name}`; the recipes are {known}, or give a TOML file")]
+    #[error("{origin}: there is no recipe `{name}`; the recipes are {known}{remedy}")]
     UnknownRecipe {
         /// Where the name was given.
         origin: String,
@@ -169,6 +169,8 @@ pub enum ConfigError {
         name: String,
         /// What there is.
         known: String,
+        /// What else may be given.
+        remedy: String,
     },
 }
 
@@ -178,31 +180,41 @@ impl Experiment {
     /// # Errors
     /// An unknown name.
     pub fn recipe(name: &str) -> Result<Self, ConfigError> {
-        Self::named(name, "recipe")
+        let remedy = format!("; a file is named by a path, such as ./{name} or {name}.toml");
+        Self::named(name, "recipe", remedy)
     }
 
-    fn named(name: &str, origin: &str) -> Result<Self, ConfigError> {
+    fn named(name: &str, origin: &str, remedy: String) -> Result<Self, ConfigError> {
         let Some((_, text)) = RECIPES.iter().find(|(known, _)| *known == name) else {
             return Err(ConfigError::UnknownRecipe {
                 origin: origin.to_owned(),
                 name: name.to_owned(),
                 known: RECIPES.map(|(n, _)| format!("`{n}`")).join(", "),
+                remedy,
             });
         };
         Self::parse(text, &format!("recipe `{name}`"))
     }
 
-    /// Reads a file, or a recipe where the text names one and no such file exists.
+    /// A recipe by its name, or the file that a path names. A text is a path if it has a `/`, `\\` or `.` in it, whatever
+    /// the working directory holds; anything else is a recipe's name.
+    ///
+    /// # Errors
+    /// As [`Experiment::parse`], an unknown name, or a file that cannot be read.
+    pub fn load(file_or_recipe: &str) -> Result<Self, ConfigError> {
+        if file_or_recipe.contains(['/', '\\', '.']) {
+            Self::read(Path::new(file_or_recipe))
+        } else {
+            Self::recipe(file_or_recipe)
+        }
+    }
+
+    /// Reads a file.
     ///
     /// # Errors
     /// As [`Experiment::parse`], or the file cannot be read.
-    pub fn load(file_or_recipe: &str) -> Result<Self, ConfigError> {
-        let path = Path::new(file_or_recipe);
-        if !path.exists() && !file_or_recipe.contains(['/', '.', '\\']) {
-            return Self::recipe(file_or_recipe);
-        }
-        let text = read(path)?;
-        Self::parse(&text, &path.display().to_string())
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        Self::parse(&read(path)?, &path.display().to_string())
     }
 
     /// Parses TOML. What the text does not give is taken from the recipe that its key `base` names,
@@ -221,7 +233,7 @@ impl Experiment {
         let experiment = match (is_recipe, own.base.as_deref().unwrap_or("paper")) {
             (true, _) => own,
             (false, base) => {
-                let base = Self::named(base, &format!("{origin}: key `base`"))?;
+                let base = Self::named(base, &format!("{origin}: key `base`"), String::new())?;
                 let mut whole =
                     toml::Table::try_from(base).map_err(|e| parse_error(e.to_string()))?;
                 let over = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;

@@ -1,6 +1,8 @@
 //! The controller file: one safetensors file with the policy's networks and, in its metadata, the
 //! body, the task and the provenance. It needs nothing else to run.
 
+use crate::durable;
+use crate::provenance::Provenance;
 use crate::rollout::Control;
 use gaitshift_body::BodyParameters;
 use gaitshift_sac::{MlpShape, NamedTensor, Policy};
@@ -14,30 +16,6 @@ use std::path::{Path, PathBuf};
 
 /// Version of the controller file's metadata.
 const FORMAT: &str = "gaitshift-controller 1";
-
-/// Where a controller comes from.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Provenance {
-    /// Name of the experiment.
-    pub experiment: String,
-    /// Command that made it.
-    pub command: String,
-    /// Seed of the run.
-    pub seed: u64,
-    /// Environment steps of training behind it.
-    pub environment_steps: u64,
-    /// Updates of the learner behind it.
-    pub updates: u64,
-    /// Number of latest evaluations whose controllers' mean it is; 1 for one by itself.
-    #[serde(default = "one")]
-    pub averaged_evaluations: usize,
-    /// Version of the program.
-    pub version: String,
-}
-
-fn one() -> usize {
-    1
-}
 
 /// A trained policy with the body and task it was trained for.
 #[derive(Debug, Clone)]
@@ -111,7 +89,7 @@ impl Controller {
         safetensors::serialize(views, Some(metadata)).map_err(|e| e.to_string())
     }
 
-    /// Writes the file.
+    /// Writes the file; a kill at any moment leaves the old one or the new one.
     ///
     /// # Errors
     /// The file system's.
@@ -122,7 +100,7 @@ impl Controller {
             remedy: "check that the folder exists and can be written",
         };
         let bytes = self.to_bytes().map_err(error)?;
-        std::fs::write(path, bytes).map_err(|e| error(e.to_string()))
+        durable::write(path, &bytes).map_err(|e| error(e.to_string()))
     }
 
     /// Reads a file.
@@ -168,6 +146,24 @@ impl Controller {
             )));
         }
         let file = SafeTensors::deserialize(bytes).map_err(damaged)?;
+        let shape = &description.network;
+        let sizes = (shape.inputs, shape.outputs);
+        if sizes != (OBSERVATION_SIZE, 2 * ACTION_SIZE) {
+            return Err(error(format!(
+                "its network has {} inputs and {} outputs instead of {OBSERVATION_SIZE} and {}",
+                sizes.0,
+                sizes.1,
+                2 * ACTION_SIZE
+            )));
+        }
+        // Before memory is set aside for what the metadata promise.
+        let held: usize = file.iter().map(|(_, view)| view.data().len() / 4).sum();
+        if parameter_count(shape) != Some(held) {
+            return Err(error(format!(
+                "its layers {:?} are not those of its tensors, which hold {held} numbers",
+                shape.hidden
+            )));
+        }
         let mut tensors = Vec::new();
         for (name, view) in file.iter() {
             if view.dtype() != Dtype::F32 {
@@ -186,13 +182,6 @@ impl Controller {
         }
         let policy = Policy::from_tensors(description.network.clone(), &tensors)
             .map_err(|e| error(e.to_string()))?;
-        let sizes = (policy.observation_size(), policy.action_size());
-        if sizes != (OBSERVATION_SIZE, ACTION_SIZE) {
-            return Err(error(format!(
-                "its policy has {} inputs and {} outputs instead of {OBSERVATION_SIZE} and {ACTION_SIZE}",
-                sizes.0, sizes.1
-            )));
-        }
         if description.observation_scale != OBSERVATION_SCALE {
             return Err(error(
                 "its observation scale is not this program's".to_owned(),
@@ -213,6 +202,19 @@ impl Controller {
             provenance: description.provenance,
         })
     }
+}
+
+/// How many numbers a network of this shape holds; none if they cannot be counted.
+fn parameter_count(shape: &MlpShape) -> Option<usize> {
+    let (mut inputs, mut count) = (shape.inputs, 0_usize);
+    let normalised = if shape.layer_norm { 2 } else { 0 };
+    let hidden = shape.hidden.iter().map(|&units| (units, normalised));
+    for (units, of_norm) in hidden.chain([(shape.outputs, 0)]) {
+        let each = inputs.checked_add(1 + of_norm)?;
+        count = count.checked_add(units.checked_mul(each)?)?;
+        inputs = units;
+    }
+    Some(count)
 }
 
 /// Runs a policy without noise.

@@ -4,7 +4,10 @@
 mod acceptance;
 mod config;
 mod controller;
+mod durable;
+mod edits;
 mod profile;
+mod provenance;
 mod rehearsal;
 mod rollout;
 mod run_folder;
@@ -17,8 +20,9 @@ pub use acceptance::{Check, Criteria, Judgement, Row, judge};
 pub use config::{
     ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, load_body_overrides,
 };
-pub use controller::{Controller, ControllerError, Deterministic, Provenance};
+pub use controller::{Controller, ControllerError, Deterministic};
 pub use profile::{CommandProfile, ProfileError};
+pub use provenance::{Provenance, portable_command, portable_path};
 pub use rehearsal::{RehearsalParameters, best_walk};
 pub use rollout::{Control, Rollout};
 pub use run_folder::TrainingError;

@@ -3,12 +3,13 @@
 use crate::acceptance::Judgement;
 use crate::config::{ConfigError, Experiment};
 use crate::controller::ControllerError;
+use crate::durable;
 use crate::tensorboard::EventWriter;
 use gaitshift_sac::SacError;
 use serde::Serialize;
-use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// Why training cannot start or go on.
@@ -46,6 +47,22 @@ fn io_error(path: &Path) -> impl FnOnce(io::Error) -> TrainingError + '_ {
     |e| TrainingError::other(path, e.to_string())
 }
 
+/// The run's configuration.
+const CONFIG: &str = "config.toml";
+/// Of a checkpoint, the file that is written last.
+pub(crate) const STATE: &str = "state.json";
+/// The last checkpoint, the one being written, and the one before while the new one takes its place.
+const LAST: &str = "checkpoint";
+const NEW: &str = "checkpoint.new";
+const OLD: &str = "checkpoint.old";
+/// TensorBoard's events, the only log that is no text.
+const EVENTS: &str = "events.out.tfevents.gaitshift";
+/// What a run appends to.
+const LOGS: [&str; 4] = ["metrics.csv", "episodes.csv", "evaluations.jsonl", EVENTS];
+
+/// The length of each log at a checkpoint, in bytes.
+pub(crate) type LogLengths = BTreeMap<String, u64>;
+
 /// The folder and its files.
 #[derive(Debug, Clone)]
 pub(crate) struct RunFolder {
@@ -77,159 +94,210 @@ impl RunFolder {
 
     /// A file of the last complete checkpoint.
     pub fn checkpoint(&self, name: &str) -> PathBuf {
-        self.path.join("checkpoint").join(name)
+        self.path.join(LAST).join(name)
     }
 
     /// A file of the checkpoint being written.
     pub fn pending(&self, name: &str) -> PathBuf {
-        self.path.join("checkpoint.new").join(name)
+        self.path.join(NEW).join(name)
     }
 
-    /// Creates the folder and writes the configuration.
-    pub fn create(&self, config: &str) -> Result<(), TrainingError> {
-        if self.file("config.toml").exists() {
-            return Err(TrainingError::other(
-                &self.path,
-                "holds a run already; give another --out, or --resume to go on with it".to_owned(),
-            ));
+    /// Creates the folder, for a new run.
+    pub fn create(&self) -> Result<(), TrainingError> {
+        for name in LOGS.into_iter().chain([CONFIG]) {
+            if self.file(name).exists() {
+                return Err(TrainingError::other(
+                    &self.path,
+                    format!(
+                        "holds a run already, of which {name} is a file; give another --out, or --resume to go on with it"
+                    ),
+                ));
+            }
         }
-        fs::create_dir_all(&self.path).map_err(io_error(&self.path))?;
-        let file = self.file("config.toml");
-        fs::write(&file, config).map_err(io_error(&file))
+        fs::create_dir_all(&self.path).map_err(io_error(&self.path))
+    }
+
+    /// Writes the configuration, the last file of a new run: a folder without it holds none.
+    pub fn write_config(&self, config: &str) -> Result<(), TrainingError> {
+        let file = self.file(CONFIG);
+        durable::write(&file, config.as_bytes()).map_err(io_error(&file))
     }
 
     pub fn read_config(&self) -> Result<Experiment, TrainingError> {
-        let file = self.file("config.toml");
+        let file = self.file(CONFIG);
         if !file.exists() {
             return Err(TrainingError::other(
                 &self.path,
                 "is no run's folder: it has no config.toml".to_owned(),
             ));
         }
-        Ok(Experiment::load(&file.display().to_string())?)
+        Ok(Experiment::read(&file)?)
     }
 
-    pub fn read_json<T: DeserializeOwned>(&self, path: &Path) -> Result<T, TrainingError> {
-        let text = fs::read_to_string(path).map_err(|e| {
-            TrainingError::other(path, format!("no checkpoint to resume from: {e}"))
-        })?;
-        serde_json::from_str(&text)
-            .map_err(|e| TrainingError::other(path, format!("the checkpoint is damaged: {e}")))
-    }
-
-    pub fn write_json(&self, name: &str, value: &impl Serialize) -> Result<(), TrainingError> {
-        self.write_json_at(&self.file(name), value)
-    }
-
-    pub fn write_json_at(&self, path: &Path, value: &impl Serialize) -> Result<(), TrainingError> {
+    pub fn write_json(&self, path: &Path, value: &impl Serialize) -> Result<(), TrainingError> {
         let text = serde_json::to_string_pretty(value)
             .map_err(|e| TrainingError::other(path, e.to_string()))?;
-        fs::write(path, text).map_err(io_error(path))
+        durable::write(path, text.as_bytes()).map_err(io_error(path))
     }
 
-    /// A checkpoint is written beside the last one and takes its place only when complete.
+    /// A checkpoint is written beside the last one and takes its place only when complete. Its state is its last file.
     pub fn begin_checkpoint(&self) -> Result<(), TrainingError> {
-        let new = self.file("checkpoint.new");
-        let _ = fs::remove_dir_all(&new);
+        let new = self.file(NEW);
+        remove_folder(&new)?;
         fs::create_dir_all(&new).map_err(io_error(&new))
     }
 
+    /// What was written so far is on the disk: the state may follow, which says that the checkpoint is whole.
+    pub fn sync_checkpoint(&self) -> Result<(), TrainingError> {
+        let new = self.file(NEW);
+        durable::sync_files(&new).map_err(io_error(&new))
+    }
+
+    /// Puts the new checkpoint into its place.
     pub fn commit_checkpoint(&self) -> Result<(), TrainingError> {
-        let (old, new) = (self.file("checkpoint"), self.file("checkpoint.new"));
-        let aside = self.file("checkpoint.old");
-        let _ = fs::remove_dir_all(&aside);
-        if old.exists() {
-            fs::rename(&old, &aside).map_err(io_error(&old))?;
+        let (last, new, old) = (self.file(LAST), self.file(NEW), self.file(OLD));
+        if last.exists() {
+            remove_folder(&old)?;
+            fs::rename(&last, &old).map_err(io_error(&last))?;
         }
-        fs::rename(&new, &old).map_err(io_error(&new))?;
-        let _ = fs::remove_dir_all(&aside);
-        Ok(())
+        fs::rename(&new, &last).map_err(io_error(&new))?;
+        durable::sync_folder(&self.path).map_err(io_error(&self.path))?;
+        remove_folder(&old)
+    }
+
+    /// Finishes what a kill between the renames of [`RunFolder::commit_checkpoint`] left undone.
+    pub fn recover_checkpoint(&self) -> Result<(), TrainingError> {
+        let whole = |name: &str| self.file(name).join(STATE).exists();
+        if whole(NEW) {
+            return self.commit_checkpoint();
+        }
+        let (last, old) = (self.file(LAST), self.file(OLD));
+        if last.exists() {
+            return Ok(());
+        }
+        if whole(OLD) {
+            return fs::rename(&old, &last).map_err(io_error(&old));
+        }
+        Err(TrainingError::other(
+            &last,
+            "there is no checkpoint to resume from; begin a new run with the config.toml beside it"
+                .to_owned(),
+        ))
     }
 
     pub fn open_logs(&self) -> Result<Logs, TrainingError> {
-        let append = |name: &str| {
-            let path = self.file(name);
-            let file = OpenOptions::new()
-                .create(true)
-                .append(true)
-                .open(&path)
-                .map_err(io_error(&path))?;
-            let empty = file.metadata().map_err(io_error(&path))?.len() == 0;
-            Ok::<_, TrainingError>((BufWriter::new(file), empty, path))
+        let [metrics, episodes, evaluations, events] = LOGS.map(|name| self.file(name));
+        let mut logs = Logs {
+            metrics: TextLog::append(metrics)?,
+            episodes: TextLog::append(episodes)?,
+            evaluations: TextLog::append(evaluations)?,
+            events: EventWriter::append(&events).map_err(io_error(&events))?,
+            events_path: events,
         };
-        let (metrics, metrics_empty, metrics_path) = append("metrics.csv")?;
-        let (mut episodes, episodes_empty, episodes_path) = append("episodes.csv")?;
-        let (evaluations, _, evaluations_path) = append("evaluations.jsonl")?;
-        if episodes_empty {
-            writeln!(
-                episodes,
-                "step,omega_v,total_reward,periods,ended,distance_m"
-            )
-            .map_err(io_error(&episodes_path))?;
+        if logs.episodes.empty {
+            logs.episodes
+                .line("step,omega_v,total_reward,periods,ended,distance_m")?;
         }
-        let events_path = self.file("events.out.tfevents.gaitshift");
-        let events = EventWriter::append(&events_path).map_err(io_error(&events_path))?;
-        Ok(Logs {
-            metrics,
-            metrics_header_due: metrics_empty,
-            metrics_path,
-            episodes: EpisodeLog {
-                file: episodes,
-                path: episodes_path,
-            },
-            evaluations,
-            evaluations_path,
-            events,
-            events_path,
-        })
+        Ok(logs)
     }
 
-    /// After a resume, drops what was logged past the checkpoint, so that nothing stands there twice.
-    pub fn cut_logs(&self, step: u64) -> Result<(), TrainingError> {
-        for name in ["metrics.csv", "episodes.csv", "evaluations.jsonl"] {
+    /// After a resume, drops what was logged past the checkpoint, so that nothing stands there twice. A log that is
+    /// shorter than it was then stays as it is: somebody took from it.
+    pub fn cut_logs(&self, lengths: &LogLengths) -> Result<(), TrainingError> {
+        for name in LOGS {
             let path = self.file(name);
-            let Ok(text) = fs::read_to_string(&path) else {
+            if !path.exists() {
                 continue;
+            }
+            let length = lengths.get(name).copied().unwrap_or(0);
+            let cut = || -> io::Result<bool> {
+                let mut file = OpenOptions::new().read(true).write(true).open(&path)?;
+                if file.metadata()?.len() <= length {
+                    return Ok(true);
+                }
+                if length > 0 && name != EVENTS {
+                    let mut end = [0];
+                    file.seek(SeekFrom::Start(length - 1))?;
+                    file.read_exact(&mut end)?;
+                    if end != *b"\n" {
+                        return Ok(false);
+                    }
+                }
+                file.set_len(length)?;
+                file.sync_all()?;
+                Ok(true)
             };
-            let kept: String = text
-                .lines()
-                .filter(|line| logged_step(line).is_none_or(|s| s <= step))
-                .flat_map(|line| [line, "\n"])
-                .collect();
-            fs::write(&path, kept).map_err(io_error(&path))?;
+            if !cut().map_err(io_error(&path))? {
+                return Err(TrainingError::other(
+                    &path,
+                    "was edited since the checkpoint, whose end is now in the middle of a line; move it away to go on"
+                        .to_owned(),
+                ));
+            }
         }
         Ok(())
     }
 }
 
-/// The step that a line of a log begins with.
-fn logged_step(line: &str) -> Option<u64> {
-    let number = line.strip_prefix("{\"step\":").unwrap_or(line);
-    number.split(',').next()?.parse().ok()
+/// Removes a folder, if it is there.
+fn remove_folder(path: &Path) -> Result<(), TrainingError> {
+    match fs::remove_dir_all(path) {
+        Err(e) if e.kind() != io::ErrorKind::NotFound => Err(io_error(path)(e)),
+        _ => Ok(()),
+    }
 }
 
-/// One row per finished episode.
+/// A log of lines.
 #[derive(Debug)]
-pub(crate) struct EpisodeLog {
+pub(crate) struct TextLog {
     file: BufWriter<File>,
     path: PathBuf,
+    /// Nothing has been written yet.
+    empty: bool,
 }
 
-impl EpisodeLog {
-    pub fn row(&mut self, values: &[String]) -> Result<(), TrainingError> {
-        writeln!(self.file, "{}", values.join(",")).map_err(io_error(&self.path))
+impl TextLog {
+    fn append(path: PathBuf) -> Result<Self, TrainingError> {
+        let open = || -> io::Result<(File, bool)> {
+            let file = OpenOptions::new().create(true).append(true).open(&path)?;
+            let empty = file.metadata()?.len() == 0;
+            Ok((file, empty))
+        };
+        let (file, empty) = open().map_err(io_error(&path))?;
+        Ok(Self {
+            file: BufWriter::new(file),
+            path,
+            empty,
+        })
+    }
+
+    pub fn line(&mut self, text: &str) -> Result<(), TrainingError> {
+        self.empty = false;
+        writeln!(self.file, "{text}").map_err(io_error(&self.path))
+    }
+
+    fn flush(&mut self) -> Result<(), TrainingError> {
+        self.file.flush().map_err(io_error(&self.path))
+    }
+
+    /// Puts everything on the disk and gives the length.
+    fn sync(&mut self) -> Result<u64, TrainingError> {
+        let file = &mut self.file;
+        let mut sync = || {
+            file.flush()?;
+            file.get_ref().sync_data()?;
+            Ok(file.get_ref().metadata()?.len())
+        };
+        sync().map_err(io_error(&self.path))
     }
 }
 
 /// The open logs of a run.
 #[derive(Debug)]
 pub(crate) struct Logs {
-    metrics: BufWriter<File>,
-    metrics_header_due: bool,
-    metrics_path: PathBuf,
-    pub episodes: EpisodeLog,
-    evaluations: BufWriter<File>,
-    evaluations_path: PathBuf,
+    metrics: TextLog,
+    pub episodes: TextLog,
+    evaluations: TextLog,
     events: EventWriter,
     events_path: PathBuf,
 }
@@ -250,13 +318,13 @@ impl Logs {
     /// Writes a row of metrics; the first column is the step.
     pub fn metrics(&mut self, row: &[(String, f64)]) -> Result<(), TrainingError> {
         let line = |values: Vec<String>| values.join(",");
-        if std::mem::take(&mut self.metrics_header_due) {
-            let header = line(row.iter().map(|(name, _)| name.clone()).collect());
-            writeln!(self.metrics, "{header}").map_err(io_error(&self.metrics_path))?;
+        if self.metrics.empty {
+            self.metrics
+                .line(&line(row.iter().map(|(name, _)| name.clone()).collect()))?;
         }
-        let values = line(row.iter().map(|(_, value)| value.to_string()).collect());
-        writeln!(self.metrics, "{values}").map_err(io_error(&self.metrics_path))?;
-        self.metrics.flush().map_err(io_error(&self.metrics_path))?;
+        self.metrics
+            .line(&line(row.iter().map(|(_, v)| v.to_string()).collect()))?;
+        self.metrics.flush()?;
         let step = row.first().map_or(0, |(_, step)| *step as u64);
         self.events
             .scalars(step, wall_time_s(), &row[1..])
@@ -281,10 +349,9 @@ impl Logs {
             judgement: j,
         };
         let text = serde_json::to_string(&line)
-            .map_err(|e| TrainingError::other(&self.evaluations_path, e.to_string()))?;
-        writeln!(self.evaluations, "{text}")
-            .and_then(|()| self.evaluations.flush())
-            .map_err(io_error(&self.evaluations_path))?;
+            .map_err(|e| TrainingError::other(&self.evaluations.path, e.to_string()))?;
+        self.evaluations.line(&text)?;
+        self.evaluations.flush()?;
         let mut scalars = vec![
             ("evaluation/criteria_met".to_owned(), j.met() as f64),
             ("evaluation/score".to_owned(), j.score()),
@@ -304,13 +371,17 @@ impl Logs {
             .map_err(io_error(&self.events_path))
     }
 
-    pub fn flush(&mut self) -> Result<(), TrainingError> {
-        self.metrics.flush().map_err(io_error(&self.metrics_path))?;
-        let path = &self.episodes.path;
-        self.episodes.file.flush().map_err(io_error(path))?;
-        self.evaluations
-            .flush()
-            .map_err(io_error(&self.evaluations_path))
+    /// Puts everything on the disk and gives the lengths, for the checkpoint.
+    pub fn sync(&mut self) -> Result<LogLengths, TrainingError> {
+        let events = self.events.sync().map_err(io_error(&self.events_path))?;
+        let lengths = [
+            self.metrics.sync()?,
+            self.episodes.sync()?,
+            self.evaluations.sync()?,
+            events,
+        ];
+        let named = LOGS.into_iter().map(str::to_owned).zip(lengths);
+        Ok(named.collect())
     }
 }
 

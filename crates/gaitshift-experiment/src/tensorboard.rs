@@ -61,6 +61,16 @@ impl EventWriter {
         self.file.flush()
     }
 
+    /// Puts everything on the disk and gives the file's length in bytes.
+    ///
+    /// # Errors
+    /// Whatever the file system says.
+    pub fn sync(&mut self) -> io::Result<u64> {
+        self.file.flush()?;
+        self.file.get_ref().sync_data()?;
+        Ok(self.file.get_ref().metadata()?.len())
+    }
+
     fn record(&mut self, data: &[u8]) -> io::Result<()> {
         let length = (data.len() as u64).to_le_bytes();
         self.file.write_all(&length)?;

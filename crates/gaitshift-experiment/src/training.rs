@@ -7,12 +7,16 @@
 
 use crate::acceptance::{Criteria, Judgement, judge};
 use crate::config::{Experiment, Symmetry};
-use crate::controller::{Controller, Deterministic, Provenance};
+use crate::controller::{Controller, Deterministic};
+use crate::durable;
+use crate::edits::{Edit, edits, is_decided};
+use crate::provenance::Provenance;
 use crate::rehearsal::best_walk;
-use crate::run_folder::{RunFolder, TrainingError};
+use crate::run_folder::{LogLengths, Logs, RunFolder, STATE, TextLog, TrainingError};
+use crate::schedule::Course;
 use gaitshift_body::Body;
 use gaitshift_sac::{
-    Agent, Mirror, Policy, ReplayBuffer, SacConfig, Transitions, UpdateStats, reflect,
+    Agent, Mirror, Policy, ReplayBuffer, SacConfig, Temperature, Transitions, UpdateStats, reflect,
 };
 use gaitshift_task::{
     ACTION_MIRROR, ACTION_SIZE, BatchState, EndReason, EnvironmentBatch, FinishedEpisode,
@@ -139,13 +143,10 @@ struct Counters {
     best_step: u64,
     best_met: usize,
     /// Of the best walk so far, which is kept where the walk is going to be rehearsed.
-    #[serde(default)]
     walking_score: f64,
     /// Steps of the latest evaluations, whose controllers' mean the next one tries.
-    #[serde(default)]
     latest_evaluations: Vec<u64>,
     /// Whether the time to remember the walk has come.
-    #[serde(default)]
     rehearsal_begun: bool,
     criteria: usize,
     accepted_at_step: Option<u64>,
@@ -153,7 +154,6 @@ struct Counters {
     diverged: u64,
     verdict: String,
     recent: Recent,
-    #[serde(default)]
     parts: Parts,
 }
 
@@ -167,16 +167,30 @@ struct Recent {
     actor_loss: f64,
     mean_q: f64,
     entropy: f64,
-    #[serde(default)]
     rehearsal_loss: f64,
     /// Return and whether it fell, of up to 100 episodes.
     episodes: std::collections::VecDeque<(f64, bool)>,
 }
 
+/// Version of [`CheckpointState`].
+const FORMAT: &str = "gaitshift-run 1";
+
+/// The part of a state that is read before the rest.
+#[derive(Deserialize)]
+struct Version {
+    #[serde(default)]
+    format: String,
+}
+
 #[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct CheckpointState {
+    format: String,
     /// The command that began the run, the provenance of its controllers.
     command: String,
+    /// Edits of the configuration since then, for the provenance too.
+    edits: Vec<String>,
+    logs: LogLengths,
     counters: Counters,
     batch: BatchState,
 }
@@ -187,6 +201,9 @@ pub struct Training {
     experiment: Experiment,
     folder: RunFolder,
     command: String,
+    edits: Vec<String>,
+    /// What `run` tells first.
+    notes: Vec<String>,
     criteria: Criteria,
     mirror: Mirror,
     agent: Agent,
@@ -267,6 +284,14 @@ fn same_network(a: &Agent, b: &Agent) -> bool {
     shape(a) == shape(b)
 }
 
+/// What follows for the learner, apart from its threads, which change nothing.
+fn learner_settings(experiment: &Experiment) -> SacConfig {
+    SacConfig {
+        threads: 1,
+        ..learner_config(experiment)
+    }
+}
+
 fn learner_config(experiment: &Experiment) -> SacConfig {
     let mut config = experiment.learner.clone();
     match experiment.training.symmetry {
@@ -292,23 +317,43 @@ impl Training {
         folder: &Path,
         command: &str,
     ) -> Result<Self, TrainingError> {
-        let training = Self::prepare(experiment, RunFolder::at(folder), command)?;
-        let text = training
-            .experiment
-            .to_toml()
-            .map_err(|e| TrainingError::other(folder, e.to_string()))?;
-        training.folder.create(&text)?;
+        let mut training = Self::prepare(experiment, RunFolder::at(folder), command)?;
+        training.folder.create()?;
+        // From here on a kill loses nothing that `resume` would need.
+        training.checkpoint(LogLengths::new())?;
+        training.folder.write_config(&training.configuration()?)?;
         Ok(training)
     }
 
-    /// Goes on with a run from the last checkpoint in its folder.
+    /// Goes on with a run from the last checkpoint in its folder. What was edited in its `config.toml` since is applied
+    /// from there on, and told by [`Training::run`].
     ///
     /// # Errors
-    /// No run or no checkpoint there, or one that is damaged or of another configuration.
+    /// No run or no checkpoint there, one that is damaged or of another version, or an edit of what the checkpoint
+    /// decides: the learner, the seed, the body, the control period, the number of environments and the size of the
+    /// replay buffer.
     pub fn resume(folder: &Path) -> Result<Self, TrainingError> {
         let folder = RunFolder::at(folder);
         let experiment = folder.read_config()?;
-        let mut training = Self::prepare(experiment, folder, "")?;
+        folder.recover_checkpoint()?;
+        let before = Experiment::read(&folder.checkpoint("config.toml"))?;
+        let path = folder.checkpoint(STATE);
+        let state = read_state(&path)?;
+        let edits = edits(&before, &experiment)?;
+        let learner_differs = learner_settings(&before) != learner_settings(&experiment);
+        let rehearsing = state.counters.rehearsal_begun;
+        let refused = |edit: &&Edit| is_decided(&edit.key, learner_differs, rehearsing);
+        if let Some(edit) = edits.iter().find(refused) {
+            return Err(TrainingError::other(
+                &folder.file("config.toml"),
+                format!(
+                    "changes {edit} since the checkpoint at step {}, which decides it; set it back to go on, or begin a \
+                     new run with the edited file",
+                    state.counters.step
+                ),
+            ));
+        }
+        let mut training = Self::prepare(experiment, folder, &state.command)?;
         let folder = &training.folder;
         let agent = Agent::load(&folder.checkpoint("agent.safetensors"))?;
         let replay = ReplayBuffer::load(&folder.checkpoint("replay.safetensors"))?;
@@ -327,12 +372,23 @@ impl Training {
             ));
         }
         training.agent = agent;
-        training
-            .agent
-            .set_threads(training.experiment.learner.threads)?;
+        let e = &training.experiment;
+        training.agent.set_threads(e.learner.threads)?;
+        // What a schedule moved goes back to where it was, should the schedule be no more.
+        let (was, is) = (&before.training.schedule, &e.training.schedule);
+        let gone = |was: &Course, is: &Course| !was.0.is_empty() && is.0.is_empty();
+        if gone(&was.learning_rate, &is.learning_rate) {
+            training.agent.set_learning_rate(e.learner.learning_rate)?;
+        }
+        if gone(&was.horizon, &is.horizon) {
+            training.agent.set_gamma(e.learner.gamma)?;
+        }
+        if let (true, Temperature::Fixed { alpha }) =
+            (gone(&was.alpha, &is.alpha), e.learner.temperature)
+        {
+            training.agent.set_alpha(alpha)?;
+        }
         training.replay = replay;
-        let path = folder.checkpoint("state.json");
-        let state: CheckpointState = folder.read_json(&path)?;
         if !training.batch.restore(state.batch) {
             return Err(TrainingError::other(
                 &path,
@@ -340,9 +396,33 @@ impl Training {
             ));
         }
         training.counters = state.counters;
-        training.command = state.command;
-        training.folder.cut_logs(training.counters.step)?;
+        training.edits = state.edits;
+        if !edits.is_empty() {
+            let list: Vec<String> = edits.iter().map(Edit::to_string).collect();
+            let step = training.counters.step;
+            let list = list.join(", ");
+            training.notes.push(format!(
+                "edited in config.toml, in force from step {step} on: {list}"
+            ));
+            training.edits.push(format!("at step {step}: {list}"));
+        }
+        // A shorter interval begins to count at once.
+        let (c, t) = (&mut training.counters, &training.experiment.training);
+        for (next, interval) in [
+            (&mut c.next_evaluation, t.evaluation_interval_steps),
+            (&mut c.next_checkpoint, t.checkpoint_interval_steps),
+            (&mut c.next_metrics, t.metrics_interval_steps),
+        ] {
+            *next = (*next).min(c.step.saturating_add(interval));
+        }
+        training.folder.cut_logs(&state.logs)?;
         Ok(training)
+    }
+
+    /// The configuration as a text, every value written out.
+    fn configuration(&self) -> Result<String, TrainingError> {
+        let text = self.experiment.to_toml();
+        text.map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))
     }
 
     fn prepare(
@@ -389,6 +469,8 @@ impl Training {
             batch,
             folder,
             command: command.to_owned(),
+            edits: Vec::new(),
+            notes: Vec::new(),
             experiment,
         })
     }
@@ -413,6 +495,9 @@ impl Training {
     pub fn run(&mut self, observer: &mut dyn Observer) -> Result<RunReport, TrainingError> {
         let clock = Instant::now();
         let before_s = self.counters.elapsed_s;
+        for note in self.notes.drain(..) {
+            observer.note(&note);
+        }
         let mut logs = self.folder.open_logs()?;
         let total = self.experiment.curriculum.total_steps();
         let mut finished = false;
@@ -456,8 +541,7 @@ impl Training {
             if self.counters.step >= self.counters.next_checkpoint {
                 self.counters.next_checkpoint += self.experiment.training.checkpoint_interval_steps;
                 let mut from = Instant::now();
-                logs.flush()?;
-                self.checkpoint()?;
+                self.checkpoint(logs.sync()?)?;
                 lap(&mut from, &mut self.counters.parts.checkpointing_s);
             }
             if self.counters.step >= next_report {
@@ -466,8 +550,7 @@ impl Training {
             }
         }
         let mut from = Instant::now();
-        logs.flush()?;
-        self.checkpoint()?;
+        self.checkpoint(logs.sync()?)?;
         lap(&mut from, &mut self.counters.parts.checkpointing_s);
         self.counters.elapsed_s = before_s + clock.elapsed().as_secs_f64();
         observer.progress(&self.progress());
@@ -485,7 +568,8 @@ impl Training {
             diverged: c.diverged,
             parts: c.parts,
         };
-        self.folder.write_json("report.json", &report)?;
+        self.folder
+            .write_json(&self.folder.file("report.json"), &report)?;
         Ok(report)
     }
 
@@ -536,7 +620,7 @@ impl Training {
     fn collect(
         &mut self,
         settings: &PhaseSettings,
-        episodes: &mut EpisodeLog,
+        episodes: &mut TextLog,
     ) -> Result<(), TrainingError> {
         let mut from = Instant::now();
         let b = &mut self.buffers;
@@ -619,7 +703,7 @@ impl Training {
                 if recent.episodes.len() > 100 {
                     recent.episodes.pop_front();
                 }
-                episodes.write(self.counters.step, &finished)?;
+                log_episode(episodes, self.counters.step, &finished)?;
                 self.batch.reset(i, settings);
             }
         }
@@ -680,6 +764,7 @@ impl Training {
             ("train/omega_v_high".to_owned(), settings.omega_v[1]),
             ("episode/mean_return".to_owned(), progress.mean_return),
             ("episode/fall_share".to_owned(), progress.fall_share),
+            ("episode/diverged".to_owned(), c.diverged as f64),
             (
                 "learner/critic_loss".to_owned(),
                 recent.critic_loss / updates,
@@ -692,7 +777,6 @@ impl Training {
                 recent.rehearsal_loss / updates,
             ),
             ("learner/alpha".to_owned(), self.agent.alpha()),
-            ("learner/diverged".to_owned(), c.diverged as f64),
         ];
         for (name, sum) in RewardTerms::NAMES.iter().zip(recent.terms) {
             row.push((format!("reward/{name}"), sum / steps));
@@ -742,6 +826,7 @@ impl Training {
                 updates: self.counters.updates,
                 averaged_evaluations: 1,
                 version: env!("CARGO_PKG_VERSION").to_owned(),
+                edits: self.edits.clone(),
             },
         }
     }
@@ -824,22 +909,56 @@ impl Training {
         Ok(())
     }
 
-    fn checkpoint(&mut self) -> Result<(), TrainingError> {
+    fn checkpoint(&mut self, logs: LogLengths) -> Result<(), TrainingError> {
         let folder = &self.folder;
         folder.begin_checkpoint()?;
         self.agent.save(&folder.pending("agent.safetensors"))?;
         self.replay.save(&folder.pending("replay.safetensors"))?;
+        let config = folder.pending("config.toml");
+        durable::write(&config, self.configuration()?.as_bytes())
+            .map_err(|e| TrainingError::other(&config, e.to_string()))?;
+        folder.sync_checkpoint()?;
         let state = CheckpointState {
+            format: FORMAT.to_owned(),
             command: self.command.clone(),
+            edits: self.edits.clone(),
+            logs,
             counters: self.counters.clone(),
             batch: self.batch.state(),
         };
-        folder.write_json_at(&folder.pending("state.json"), &state)?;
+        folder.write_json(&folder.pending(STATE), &state)?;
         folder.commit_checkpoint()?;
         self.controller()
             .write(&folder.file("controller-last.safetensors"))?;
         Ok(())
     }
+}
+
+/// Reads the state of a checkpoint.
+fn read_state(path: &Path) -> Result<CheckpointState, TrainingError> {
+    let error = |cause: String| TrainingError::other(path, cause);
+    let text = std::fs::read_to_string(path).map_err(|e| error(e.to_string()))?;
+    let damaged = |e: serde_json::Error| error(format!("the checkpoint is damaged: {e}"));
+    let version: Version = serde_json::from_str(&text).map_err(damaged)?;
+    if version.format != FORMAT {
+        return Err(error(format!(
+            "its format is `{}`, this program reads `{FORMAT}`; go on with the version of the program that wrote it",
+            version.format
+        )));
+    }
+    serde_json::from_str(&text).map_err(damaged)
+}
+
+/// One row of `episodes.csv`.
+fn log_episode(log: &mut TextLog, step: u64, e: &FinishedEpisode) -> Result<(), TrainingError> {
+    log.line(&format!(
+        "{step},{},{},{},{},{}",
+        e.omega_v,
+        e.total_reward,
+        e.periods,
+        e.ended.name(),
+        e.distance_m
+    ))
 }
 
 /// One line about an evaluation.
@@ -862,20 +981,4 @@ fn verdict(j: &Judgement) -> String {
         j.checks.len(),
         rows.join(", ")
     )
-}
-
-use crate::run_folder::{EpisodeLog, Logs};
-
-impl EpisodeLog {
-    /// Writes one finished episode.
-    fn write(&mut self, step: u64, e: &FinishedEpisode) -> Result<(), TrainingError> {
-        self.row(&[
-            step.to_string(),
-            e.omega_v.to_string(),
-            e.total_reward.to_string(),
-            e.periods.to_string(),
-            e.ended.name().to_owned(),
-            e.distance_m.to_string(),
-        ])
-    }
 }

@@ -2,83 +2,22 @@
 //! resumed run equals an uninterrupted one, controller and logs, randomized episodes included; values are those of a
 //! command when held; a step ends in what the next one sees; a controller file needs nothing else and broken ones are refused; nothing overwrites an existing run.
 
-use gaitshift_experiment::{
-    Control, Controller, Deterministic, Experiment, Judgement, Observer, Progress, Training,
-};
+mod common;
+use common::{Until, file, text, tiny};
+use gaitshift_experiment::{Control, Controller, Deterministic, Experiment, Training};
 use gaitshift_sac::Agent;
 use gaitshift_task::OBSERVATION_SIZE;
 use std::path::Path;
 
-/// A run of some 6000 steps that passes through two phases, an evaluation and checkpoints.
-fn tiny(threads: usize) -> Experiment {
-    Experiment::parse(
-        &format!(
-            r#"
-            base = "fast"
-            name = "tiny"
-            [learner]
-            actor_hidden = [16, 16]
-            critic_hidden = [16, 16]
-            batch_size = 128
-            threads = {threads}
-            [training]
-            environments = 4
-            steps_per_update = 8
-            learning_starts = 500
-            metrics_interval_steps = 1000
-            evaluation_interval_steps = 2000
-            average_evaluations = 2
-            checkpoint_interval_steps = 3000
-            replay_capacity = 4000
-            [training.rehearsal]
-            after_steps = 4500
-            states = 1000
-            [[curriculum.phases]]
-            name = "one"
-            steps = 2000
-            omega_v = [-0.2, 0.2]
-            [[curriculum.phases]]
-            name = "two"
-            steps = 4000
-            omega_v = [-0.5, 3.5]
-            [curriculum.phases.randomization]
-            share = 0.8
-            latency_s = [0.0, 0.015]
-            body = {{ friction = [0.6, 1.2], hip_mass_kg = [0.9, 1.1] }}
-            noise = {{ theta_rad = 0.01, h_velocity_m_per_s = 0.02 }}
-            "#
-        ),
-        "tiny",
-    )
-    .unwrap()
-}
-
-#[derive(Default)]
-struct StopAt(Option<u64>, u64, usize);
-
-impl Observer for StopAt {
-    fn progress(&mut self, progress: &Progress) {
-        self.1 = progress.step;
-    }
-    fn evaluated(&mut self, _: &Progress, judgement: &Judgement, _: bool) {
-        assert_eq!(judgement.rows.len(), 8);
-        self.2 += 1;
-    }
-    fn note(&mut self, text: &str) {
-        assert!(text.starts_with("rehearsing the walk of step 4"), "{text}");
-    }
-    fn stop_requested(&self) -> bool {
-        self.0.is_some_and(|step| self.1 >= step)
-    }
-}
-
-fn file(folder: &Path, name: &str) -> Vec<u8> {
-    std::fs::read(folder.join(name)).unwrap()
+fn on_threads(threads: usize) -> Experiment {
+    let mut experiment = tiny();
+    experiment.learner.threads = threads;
+    experiment
 }
 
 /// The parts of a log that do not tell the wall-clock.
 fn without_clock(folder: &Path) -> Vec<String> {
-    let text = String::from_utf8(file(folder, "metrics.csv")).unwrap();
+    let text = text(folder, "metrics.csv");
     let clock = text.lines().next().and_then(|header| {
         header
             .split(',')
@@ -102,12 +41,16 @@ fn threads_and_interruptions_do_not_change_a_bit() {
     let at = |name: &str| root.path().join(name);
 
     let whole = at("whole");
-    let mut observer = StopAt::default();
-    let report = Training::new(tiny(1), &whole, "test")
+    let mut observer = Until::default();
+    let report = Training::new(tiny(), &whole, "test")
         .unwrap()
         .run(&mut observer)
         .unwrap();
-    assert!(report.finished && report.step == 6000 && observer.2 == 3);
+    assert!(report.finished && report.step == 6000 && observer.evaluations == 3);
+    let [note] = observer.notes.as_slice() else {
+        panic!("{:?}", observer.notes)
+    };
+    assert!(note.starts_with("rehearsing the walk of step 4"), "{note}");
     assert_eq!(report.updates, (6000 - 500) / 8 + 1);
     assert_eq!(without_clock(&whole).len(), 1 + 6);
     let agent = Agent::load(&whole.join("checkpoint/agent.safetensors")).unwrap();
@@ -115,20 +58,20 @@ fn threads_and_interruptions_do_not_change_a_bit() {
     assert!(whole.join("controller-walk.safetensors").exists());
 
     let threaded = at("threaded");
-    Training::new(tiny(2), &threaded, "test")
+    Training::new(on_threads(2), &threaded, "test")
         .unwrap()
-        .run(&mut StopAt::default())
+        .run(&mut Until::default())
         .unwrap();
 
     let broken = at("broken");
-    let stopped = Training::new(tiny(1), &broken, "test")
+    let stopped = Training::new(tiny(), &broken, "test")
         .unwrap()
-        .run(&mut StopAt(Some(2500), 0, 0))
+        .run(&mut Until::step(2500))
         .unwrap();
     assert!(!stopped.finished && stopped.step < 6000);
     let report = Training::resume(&broken)
         .unwrap()
-        .run(&mut StopAt::default())
+        .run(&mut Until::default())
         .unwrap();
     assert!(report.finished);
 
@@ -145,7 +88,7 @@ fn threads_and_interruptions_do_not_change_a_bit() {
         file(&broken, "checkpoint/replay.safetensors")
     );
 
-    let error = Training::new(tiny(1), &whole, "test")
+    let error = Training::new(tiny(), &whole, "test")
         .unwrap_err()
         .to_string();
     assert!(error.contains("--resume"), "{error}");
@@ -154,7 +97,7 @@ fn threads_and_interruptions_do_not_change_a_bit() {
     let path = whole.join("controller-last.safetensors");
     let mut controller = Controller::read(&path).unwrap();
     assert_eq!(controller.provenance.environment_steps, 6000);
-    assert_eq!(controller.body, tiny(1).body);
+    assert_eq!(controller.body, tiny().body);
     let mut action = [9.0; 2];
     Deterministic(&mut controller.policy).act(&[0.1; 14], &mut action);
     assert!(action.iter().all(|a| a.abs() <= 1.0));
@@ -189,13 +132,13 @@ fn a_changing_command_cuts_transitions_off_and_keeps_to_its_value() {
     const STREAMS: usize = 4;
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("run");
-    let mut experiment = tiny(1);
+    let mut experiment = tiny();
     experiment.curriculum.command.redraw_interval_s = 0.1;
     // Large enough that nothing is overwritten: neighbouring slots are neighbouring steps.
     experiment.training.replay_capacity = 10_000;
     Training::new(experiment, &folder, "test")
         .unwrap()
-        .run(&mut StopAt(Some(2500), 0, 0))
+        .run(&mut Until::step(2500))
         .unwrap();
     let bytes = file(&folder, "checkpoint/replay.safetensors");
     let replay = safetensors::SafeTensors::deserialize(&bytes).unwrap();

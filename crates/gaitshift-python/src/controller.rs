@@ -2,7 +2,7 @@
 
 use crate::convert::{os_error, read_controller, to_python, value_error, with_overrides};
 use crate::recording::Recording;
-use gaitshift_experiment::{CommandProfile, Deterministic, Rollout};
+use gaitshift_experiment::{CommandProfile, Deterministic, Rollout, portable_path};
 use gaitshift_task::{ACTION_SIZE, Environment, OBSERVATION_SIZE, scale_observation};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -164,7 +164,7 @@ impl Controller {
                 profile: &profile,
                 duration_s,
                 seed: seed.unwrap_or(0),
-                controller: &self.name,
+                controller: &portable_path(Path::new(&self.name)),
             }
             .record(&mut Deterministic(&mut policy))
         });

@@ -1,6 +1,8 @@
 """Contract: the environment is the Rust task to the last bit, and a Gymnasium environment by Gymnasium's own checks.
 Observation, reward terms, termination and every number in info equal those of a recording by the Rust program."""
 
+from pathlib import Path
+
 import gymnasium
 import numpy as np
 import pytest
@@ -217,3 +219,18 @@ def test_the_order_of_calls():
     for call in (*calls, env.reset):
         with pytest.raises(gymnasium.error.ClosedEnvironmentError):
             call()
+
+
+def test_a_folder_named_like_a_recipe_does_not_hide_the_recipe(tmp_path, monkeypatch):
+    # What went wrong: with a folder called `paper` or `fast` in the working directory, which runs of those recipes invite,
+    # gymnasium.make failed: "Is a directory".
+    monkeypatch.chdir(tmp_path)
+    for name in ("paper", "fast"):
+        (tmp_path / name).mkdir()
+    paper, fast = make(), make(experiment="fast")
+    assert paper.task != fast.task
+    # A path object is a path, whatever its name.
+    (tmp_path / "journal").write_text('[body]\nfriction = 0.5\n')
+    assert make(experiment=Path("journal")).body["friction"] == 0.5
+    with pytest.raises(ValueError, match="fast"):
+        make(experiment=Path("fast"))

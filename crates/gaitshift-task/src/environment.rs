@@ -501,7 +501,7 @@ impl Lane {
             let longest = draw.redraw_ramp_s / task.control_period_s;
             *ramp = Ramp {
                 target: draw.draw(settings.omega_v, rng),
-                periods_left: 1 + (longest * rng.random::<f64>()) as u32,
+                periods_left: ((longest * rng.random::<f64>()) as u32).saturating_add(1),
             };
         }
     }

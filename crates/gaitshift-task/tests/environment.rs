@@ -171,3 +171,22 @@ fn a_command_that_is_not_held_is_drawn_for_every_episode() {
         assert!(commands[period] != commands[period - 1]);
     }
 }
+
+#[test]
+fn a_ramp_of_the_command_may_be_as_long_as_a_number_can_say() {
+    // What went wrong: the length of a ramp in control periods passed the greatest number of its type, which stopped
+    // the program in a debug build and gave a ramp of no length in a release build.
+    let mut curriculum = Curriculum::default();
+    curriculum.command.redraw_interval_s = 1e-3;
+    curriculum.command.redraw_ramp_s = f64::MAX;
+    curriculum.validate(&BodyParameters::default()).unwrap();
+    let task = TaskParameters::default();
+    let settings = curriculum.at(0, &task.reward);
+    let mut batch = EnvironmentBatch::new(body(), task, 1, 1, &settings);
+    let before = batch.environment(0).omega_v;
+    for _ in 0..20 {
+        batch.step(0, [0.5, 0.5], 0.0, &settings);
+    }
+    let moved = batch.environment(0).omega_v - before;
+    assert!(moved.abs() < 1e-6, "{moved}");
+}

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use gaitshift_analysis::Recording;
 use gaitshift_body::{Body, BodyState};
 use gaitshift_experiment::{
-    CommandProfile, Controller, Deterministic, Rollout, load_body_overrides,
+    CommandProfile, Controller, Deterministic, Rollout, load_body_overrides, portable_path,
 };
 use gaitshift_task::{Environment, TaskParameters};
 use rand::SeedableRng;
@@ -97,7 +97,7 @@ impl Subject {
             profile,
             duration_s,
             seed: seed.unwrap_or(0),
-            controller: name,
+            controller: &portable_path(Path::new(name)),
         }
         .record(&mut Deterministic(&mut controller.policy))
         .map_err(Failure::run)

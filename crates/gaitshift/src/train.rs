@@ -4,7 +4,7 @@ use crate::arguments::TrainArguments;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::{Watcher, count, duration};
-use gaitshift_experiment::{Experiment, RunReport, Training};
+use gaitshift_experiment::{Experiment, RunReport, Training, portable_command};
 use gaitshift_figures::episode_returns_figure;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -86,7 +86,12 @@ fn prepare(arguments: &TrainArguments) -> Result<(PathBuf, Training), Failure> {
         let name = format!("{}-{}", folder_name(&experiment.name), experiment.seed);
         Path::new("runs").join(name)
     });
-    let training = Training::new(experiment, &folder, &command_line()).map_err(Failure::input)?;
+    let training = Training::new(
+        experiment,
+        &folder,
+        &portable_command(std::env::args_os().skip(1)),
+    )
+    .map_err(Failure::input)?;
     Ok((folder, training))
 }
 
@@ -107,20 +112,6 @@ fn folder_name(name: &str) -> String {
     } else {
         name
     }
-}
-
-/// The command as it was given, for the provenance of controllers.
-fn command_line() -> String {
-    std::env::args_os()
-        .skip(1)
-        .fold("gaitshift".to_owned(), |line, word| {
-            let word = word.to_string_lossy();
-            if word.contains(char::is_whitespace) {
-                format!("{line} '{word}'")
-            } else {
-                format!("{line} {word}")
-            }
-        })
 }
 
 /// The first Ctrl-C asks for a checkpoint, the second ends the program at once.

@@ -67,12 +67,19 @@ def make_batch(
     return _native.Batch(
         count,
         bounds,
-        experiment=None if experiment is None else os.fspath(experiment),
+        experiment=experiment_text(experiment),
         controller=None if controller is None else controller._native,
         body=None if body is None else dict(body),
         task=None if task is None else dict(task),
         threads=threads,
     )
+
+
+def experiment_text(experiment: str | os.PathLike[str] | None) -> str | None:
+    """A recipe's name or a path, as the program reads it: a path object is a path, whatever its name."""
+    if experiment is None or isinstance(experiment, str):
+        return experiment
+    return os.path.join(os.curdir, experiment)
 
 
 def checked_seed(seed: Any) -> int:

@@ -1,0 +1,87 @@
+//! What was edited in a run's configuration since its checkpoint. What the checkpoint decides cannot be edited: the
+//! learner and its settings, the seed, the sizes of the replay buffer, and the body and control period in which its
+//! episodes stand. Everything else is applied from there on.
+
+use crate::config::{ConfigError, Experiment};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+/// One value that differs; a value that is absent is `None`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Edit {
+    /// Path of the key, as in TOML.
+    pub key: String,
+    before: Option<String>,
+    after: Option<String>,
+}
+
+impl fmt::Display for Edit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let value = |v: &Option<String>| v.clone().unwrap_or_else(|| "nothing".to_owned());
+        let (before, after) = (value(&self.before), value(&self.after));
+        write!(f, "`{}` from {before} to {after}", self.key)
+    }
+}
+
+/// What differs, in the order of the keys.
+pub(crate) fn edits(before: &Experiment, after: &Experiment) -> Result<Vec<Edit>, ConfigError> {
+    let (before, after) = (values(before)?, values(after)?);
+    let keys: BTreeSet<&String> = before.keys().chain(after.keys()).collect();
+    Ok(keys
+        .into_iter()
+        .filter(|&key| before.get(key) != after.get(key))
+        .map(|key| Edit {
+            key: key.clone(),
+            before: before.get(key).cloned(),
+            after: after.get(key).cloned(),
+        })
+        .collect())
+}
+
+/// Every value of an experiment by the path of its key.
+fn values(experiment: &Experiment) -> Result<BTreeMap<String, String>, ConfigError> {
+    fn flatten(key: &str, value: &toml::Value, out: &mut BTreeMap<String, String>) {
+        match value {
+            toml::Value::Table(table) => {
+                for (name, value) in table {
+                    let dot = if key.is_empty() { "" } else { "." };
+                    flatten(&format!("{key}{dot}{name}"), value, out);
+                }
+            }
+            toml::Value::Array(list) if list.iter().any(toml::Value::is_table) => {
+                for (index, value) in list.iter().enumerate() {
+                    flatten(&format!("{key}[{index}]"), value, out);
+                }
+            }
+            value => {
+                out.insert(key.to_owned(), value.to_string());
+            }
+        }
+    }
+    let mut out = BTreeMap::new();
+    let table = toml::Value::try_from(experiment).map_err(|e| ConfigError::Value {
+        origin: "configuration".to_owned(),
+        message: e.to_string(),
+    })?;
+    flatten("", &table, &mut out);
+    Ok(out)
+}
+
+/// Whether the checkpoint decides a key. `learner_differs`: the learner that follows from the whole configuration is
+/// another one; `rehearsing`: the walk has been remembered.
+pub(crate) fn is_decided(key: &str, learner_differs: bool, rehearsing: bool) -> bool {
+    let keys = [
+        "seed",
+        "task.control_period_s",
+        "training.environments",
+        "training.replay_capacity",
+    ];
+    // What the learner takes from elsewhere than its own table.
+    let shared = ["training.symmetry", "task.reward.omega_s"];
+    let of_rehearsal = key.starts_with("training.rehearsal.");
+    (key.starts_with("learner.") && key != "learner.threads")
+        || key.starts_with("body.")
+        || keys.contains(&key)
+        || (learner_differs && (shared.contains(&key) || of_rehearsal))
+        || (rehearsing && of_rehearsal)
+}

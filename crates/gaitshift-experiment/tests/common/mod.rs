@@ -1,0 +1,96 @@
+//! A run that takes a second, and observers for it.
+#![allow(dead_code)] // Each test file uses some of it.
+
+use gaitshift_experiment::{Experiment, Judgement, Observer, Progress};
+use std::path::Path;
+
+/// A run of 6000 steps that passes through two phases, three evaluations and two checkpoints.
+pub const TINY: &str = r#"
+base = "fast"
+name = "tiny"
+[learner]
+actor_hidden = [16, 16]
+critic_hidden = [16, 16]
+batch_size = 128
+threads = 1
+[training]
+environments = 4
+steps_per_update = 8
+learning_starts = 500
+metrics_interval_steps = 1000
+evaluation_interval_steps = 2000
+average_evaluations = 2
+checkpoint_interval_steps = 3000
+replay_capacity = 4000
+[training.rehearsal]
+after_steps = 4500
+states = 1000
+[[curriculum.phases]]
+name = "one"
+steps = 2000
+omega_v = [-0.2, 0.2]
+[[curriculum.phases]]
+name = "two"
+steps = 4000
+omega_v = [-0.5, 3.5]
+[curriculum.phases.randomization]
+share = 0.8
+latency_s = [0.0, 0.015]
+body = { friction = [0.6, 1.2], hip_mass_kg = [0.9, 1.1] }
+noise = { theta_rad = 0.01, h_velocity_m_per_s = 0.02 }
+"#;
+
+/// The run of [`TINY`].
+pub fn tiny() -> Experiment {
+    Experiment::parse(TINY, "tiny").unwrap()
+}
+
+/// The same without evaluations, which take most of its time.
+pub fn unevaluated() -> Experiment {
+    let mut experiment = tiny();
+    experiment.training.evaluation_interval_steps = 1_000_000;
+    experiment.training.rehearsal.after_steps = 0;
+    experiment
+}
+
+/// Stops a run at about a step, and keeps what the run says.
+#[derive(Default)]
+pub struct Until {
+    pub stop_at: Option<u64>,
+    pub step: u64,
+    pub evaluations: usize,
+    pub notes: Vec<String>,
+}
+
+impl Until {
+    pub fn step(step: u64) -> Self {
+        Self {
+            stop_at: Some(step),
+            ..Self::default()
+        }
+    }
+}
+
+impl Observer for Until {
+    fn progress(&mut self, progress: &Progress) {
+        self.step = progress.step;
+    }
+    fn evaluated(&mut self, _: &Progress, judgement: &Judgement, _: bool) {
+        assert_eq!(judgement.rows.len(), 8);
+        self.evaluations += 1;
+    }
+    fn note(&mut self, text: &str) {
+        self.notes.push(text.to_owned());
+    }
+    fn stop_requested(&self) -> bool {
+        self.stop_at.is_some_and(|step| self.step >= step)
+    }
+}
+
+pub fn file(folder: &Path, name: &str) -> Vec<u8> {
+    std::fs::read(folder.join(name)).unwrap()
+}
+
+pub fn text(folder: &Path, name: &str) -> String {
+    String::from_utf8(file(folder, name)).unwrap()
+}

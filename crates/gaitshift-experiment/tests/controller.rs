@@ -1,0 +1,118 @@
+//! Contract: what a controller file says of its origin is true and holds on every machine; a file is checked against
+//! its own length before memory is set aside for what it promises.
+
+mod common;
+use common::{Until, unevaluated};
+use gaitshift_experiment::{Controller, Training, portable_command};
+use std::ffi::OsString;
+use std::path::Path;
+
+#[test]
+fn the_shipped_controller_says_that_it_is_a_mean_of_three() {
+    // What went wrong: its file said `averaged_evaluations: 1`, though it is the mean of three controllers.
+    let provenance = Controller::shipped().unwrap().provenance;
+    assert_eq!(provenance.averaged_evaluations, 3);
+    assert_eq!(provenance.seed, 4);
+    assert!(
+        provenance
+            .command
+            .contains("controllers/provenance/biped.toml"),
+        "{}",
+        provenance.command
+    );
+}
+
+#[test]
+fn a_command_line_loses_the_places_of_the_machine_it_was_given_on() {
+    // What went wrong: a controller kept the command line with absolute paths of the machine that trained it.
+    let line = |words: &[&str]| portable_command(words.iter().map(OsString::from));
+    assert_eq!(
+        line(&[
+            "train",
+            "/home/ann/my bipeds/fast walk.toml",
+            "--out=/data/runs/a",
+            "--seed",
+            "3"
+        ]),
+        "gaitshift train 'fast walk.toml' --out=a --seed 3"
+    );
+    assert_eq!(
+        line(&["train", "fast", "--out", "runs/a"]),
+        "gaitshift train fast --out runs/a"
+    );
+    assert_eq!(line(&["train", "/"]), "gaitshift train /");
+    assert_eq!(
+        line(&["train", "it's", ""]),
+        r"gaitshift train 'it'\''s' ''"
+    );
+
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("run");
+    let command = line(&["train", "tiny.toml", "--out", folder.to_str().unwrap()]);
+    Training::new(unevaluated(), &folder, &command)
+        .unwrap()
+        .run(&mut Until::step(600))
+        .unwrap();
+    for name in [
+        "controller-last.safetensors",
+        "checkpoint/state.json",
+        "config.toml",
+    ] {
+        let bytes = std::fs::read(folder.join(name)).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
+        assert!(!text.contains(root.path().to_str().unwrap()), "{name}");
+    }
+}
+
+/// The bytes of the shipped controller with another list of layers in its metadata.
+fn with_layers(hidden: &str) -> Vec<u8> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("controllers");
+    let bytes = std::fs::read(folder.join("biped.safetensors")).unwrap();
+    let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
+    let header = String::from_utf8(bytes[8..8 + length].to_vec()).unwrap();
+    let from = r#"\"hidden\":[64,64]"#;
+    assert!(header.contains(from));
+    let to = format!(r#"\"hidden\":{hidden}"#);
+    let header = header.replacen(from, &to, 1);
+    let header = format!(
+        "{header}{}",
+        " ".repeat(header.len().next_multiple_of(8) - header.len())
+    );
+    [
+        &(header.len() as u64).to_le_bytes()[..],
+        header.as_bytes(),
+        &bytes[8 + length..],
+    ]
+    .concat()
+}
+
+#[test]
+fn a_small_file_cannot_ask_for_gigabytes() {
+    // What went wrong: two layers of 65,536 units named in a file of a few bytes made 17 GB be set aside before anybody
+    // saw that the file holds no such layers.
+    assert!(Controller::from_bytes(&with_layers("[64,64]"), Path::new("c")).is_ok());
+    let allowed = memory_kb();
+    for hidden in [
+        "[65536,65536]",
+        "[65536,65536,65536,65536]",
+        "[18446744073709551615,2]",
+    ] {
+        let error = Controller::from_bytes(&with_layers(hidden), Path::new("small.safetensors"))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("small.safetensors") && error.contains("layers"),
+            "{error}"
+        );
+    }
+    let used = memory_kb() - allowed;
+    assert!(used < 100_000, "{used} kB");
+}
+
+/// The most memory this process has used so far, in kB; 0 where the system does not say.
+fn memory_kb() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmPeak:"));
+    peak.and_then(|p| p.trim().strip_suffix(" kB")?.parse().ok())
+        .unwrap_or(0)
+}
