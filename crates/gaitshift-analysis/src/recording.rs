@@ -12,7 +12,7 @@
 //!
 //! # The file
 //! ```text
-//! # gaitshift-recording 1 {"control_period_s":0.005,...,"rows":4001}
+//! # gaitshift-recording 1 {"control_period_s":0.01,...,"rows":2001}
 //! time_s,omega_v,x_m,...
 //! 0.0,3.0,0.0,...
 //! ```
