@@ -19,8 +19,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
-# Home and working folders. `someone` is the user of examples and tests.
-MACHINE_PATH = re.compile(rb"(?<![\w.:/~-])/(?:home|root|Users|work|tmp|var/folders)/(?!someone/)[\w.-]+")
+# Home and working folders. `someone` and `ann` are the users of examples and tests.
+MACHINE_PATH = re.compile(rb"(?<![\w.:/~-])/(?:home|root|Users|work|tmp|var/folders)/(?!(?:someone|ann)/)[\w.-]+")
 
 
 def tracked():
