@@ -227,7 +227,7 @@ def main():
     chosen = ["--controller", arguments.controller] if arguments.controller else []
     controller = gaitshift.Controller.load(arguments.controller) if chosen else gaitshift.Controller.shipped()
     # The exported MJCF of the very body the controller was trained on.
-    mjcf = gaitshift.Body(controller.body).mjcf()
+    mjcf = gaitshift.Body(controller.body).mjcf(controller.task)
     (out / "body.xml").write_text(mjcf)
     (out / "policy.onnx").write_bytes(program("export", "onnx", *chosen))
     biped = Biped(mjcf, controller.body, controller.task)

@@ -47,10 +47,10 @@ pub struct TransitionSummary {
     pub ramp_start_s: f64,
     /// Time at which the command has changed, s.
     pub ramp_end_s: f64,
-    /// Gait before the ramp.
-    pub gait_before: GaitClass,
-    /// Gait after the ramp; fallen if the body fell at any time.
-    pub gait_after: GaitClass,
+    /// Gait before the ramp; `None` if nothing is recorded before it.
+    pub gait_before: Option<GaitClass>,
+    /// Gait after the ramp; fallen if the body fell at any time, otherwise `None` if nothing is recorded after it.
+    pub gait_after: Option<GaitClass>,
     /// Mean forward speed before, m/s.
     pub speed_before_m_per_s: Option<f64>,
     /// Mean forward speed after, m/s.
@@ -78,10 +78,10 @@ pub struct TransitionSummary {
     pub flight_before: Option<f64>,
     /// Share of time with no foot on the ground after, in [0, 1].
     pub flight_after: Option<f64>,
-    /// Everything about the steady motion before the ramp.
-    pub before: GaitSummary,
-    /// Everything about the steady motion after the ramp.
-    pub after: GaitSummary,
+    /// Everything about the steady motion before the ramp; `None` if nothing is recorded before it.
+    pub before: Option<GaitSummary>,
+    /// Everything about the steady motion after the ramp; `None` if nothing is recorded after it.
+    pub after: Option<GaitSummary>,
 }
 
 /// Describes a recording in which the command changes between `ramp_start_s` and `ramp_end_s` (in the
@@ -104,16 +104,24 @@ pub fn summarise_transition(
     let last_s = first_s + recording.duration_s();
     let before_s = first_s + settling_time_s(options.settling_before_s, ramp_start_s - first_s);
     let after_s = ramp_end_s + settling_time_s(options.settling_after_s, last_s - ramp_end_s);
-    let before = summarise_window(
-        recording,
-        &support,
-        recording.window(before_s, ramp_start_s),
-        rule,
-    );
-    let mut after = summarise_window(recording, &support, recording.window(after_s, last_s), rule);
-    if !survived {
+    // Without a stretch of time there is no gait, and none is made up.
+    let describe = |from_s: f64, to_s: f64| {
+        let window = recording.window(from_s, to_s)?;
+        Some(summarise_window(recording, &support, Some(window), rule))
+    };
+    let before = describe(before_s, ramp_start_s);
+    let mut after = describe(after_s, last_s);
+    if !survived && let Some(after) = &mut after {
         after.gait = GaitClass::Fallen;
     }
+    let gait_before = before.as_ref().map(|before| before.gait);
+    let gait_after = if survived {
+        after.as_ref().map(|after| after.gait)
+    } else {
+        Some(GaitClass::Fallen)
+    };
+    let of_before = |value: fn(&GaitSummary) -> Option<f64>| before.as_ref().and_then(value);
+    let of_after = |value: fn(&GaitSummary) -> Option<f64>| after.as_ref().and_then(value);
 
     let since_ramp = recording.window(ramp_start_s, last_s);
     TransitionSummary {
@@ -121,30 +129,33 @@ pub fn summarise_transition(
         survived_s: recording.duration_s(),
         ramp_start_s,
         ramp_end_s,
-        gait_before: before.gait,
-        gait_after: after.gait,
-        speed_before_m_per_s: before.speed_m_per_s,
-        speed_after_m_per_s: after.speed_m_per_s,
-        steps_to_change: since_ramp.and_then(|since_ramp| {
-            steps_to_change(
-                recording,
-                &support,
-                since_ramp,
-                before.gait,
-                after.gait,
-                rule,
-            )
+        gait_before,
+        gait_after,
+        speed_before_m_per_s: of_before(|s| s.speed_m_per_s),
+        speed_after_m_per_s: of_after(|s| s.speed_m_per_s),
+        steps_to_change: since_ramp.zip(gait_before.zip(gait_after)).and_then(
+            |(since_ramp, (from, to))| {
+                steps_to_change(recording, &support, since_ramp, from, to, rule)
+            },
+        ),
+        kinetic_potential_correlation_before: of_before(kinetic_potential_correlation),
+        kinetic_potential_correlation_after: of_after(kinetic_potential_correlation),
+        elastic_kinetic_correlation_before: of_before(|s| {
+            s.elastic_kinetic_correlation_single_support
         }),
-        kinetic_potential_correlation_before: kinetic_potential_correlation(&before),
-        kinetic_potential_correlation_after: kinetic_potential_correlation(&after),
-        elastic_kinetic_correlation_before: before.elastic_kinetic_correlation_single_support,
-        elastic_kinetic_correlation_after: after.elastic_kinetic_correlation_single_support,
-        elastic_potential_correlation_before: before.elastic_potential_correlation_single_support,
-        elastic_potential_correlation_after: after.elastic_potential_correlation_single_support,
-        double_support_before: before.double_support,
-        double_support_after: after.double_support,
-        flight_before: before.flight,
-        flight_after: after.flight,
+        elastic_kinetic_correlation_after: of_after(|s| {
+            s.elastic_kinetic_correlation_single_support
+        }),
+        elastic_potential_correlation_before: of_before(|s| {
+            s.elastic_potential_correlation_single_support
+        }),
+        elastic_potential_correlation_after: of_after(|s| {
+            s.elastic_potential_correlation_single_support
+        }),
+        double_support_before: of_before(|s| s.double_support),
+        double_support_after: of_after(|s| s.double_support),
+        flight_before: of_before(|s| s.flight),
+        flight_after: of_after(|s| s.flight),
         before,
         after,
     }

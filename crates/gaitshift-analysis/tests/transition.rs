@@ -42,7 +42,7 @@ fn from_walking_to_running() {
     assert!(summary.survived);
     assert_eq!(
         (summary.gait_before, summary.gait_after),
-        (GaitClass::Walking, GaitClass::Running)
+        (Some(GaitClass::Walking), Some(GaitClass::Running))
     );
     // Touchdowns since 10.2 s: left at 10.5 (a walking step), right at 11.0 (the first running step).
     assert_eq!(summary.steps_to_change, Some(2));
@@ -57,8 +57,8 @@ fn from_walking_to_running() {
     close(summary.double_support_before, 1.1 / 5.2);
     close(summary.flight_before, 0.0);
     close(summary.double_support_after, 0.0);
-    close(summary.before.window_start_s, 5.0);
-    close(summary.after.window_start_s, 10.6 + 0.5 * 9.4);
+    close(summary.before.unwrap().window_start_s, 5.0);
+    close(summary.after.unwrap().window_start_s, 10.6 + 0.5 * 9.4);
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn from_running_to_walking() {
     let summary = transition(&record(20.0, run_to_walk));
     assert_eq!(
         (summary.gait_before, summary.gait_after),
-        (GaitClass::Running, GaitClass::Walking)
+        (Some(GaitClass::Running), Some(GaitClass::Walking))
     );
     // Touchdowns since 10.2 s: right at 10.5 (no double support yet), left at 11.0 (walking).
     assert_eq!(summary.steps_to_change, Some(2));
@@ -85,7 +85,7 @@ fn a_relapse_starts_the_count_again() {
         frame
     });
     let summary = transition(&relapsing);
-    assert_eq!(summary.gait_after, GaitClass::Running);
+    assert_eq!(summary.gait_after, Some(GaitClass::Running));
     assert_eq!(summary.steps_to_change, Some(5));
 }
 
@@ -94,7 +94,7 @@ fn without_a_change_there_are_no_steps_to_it() {
     let walking = transition(&Gait::WALK.record(20.0));
     assert_eq!(
         (walking.gait_before, walking.gait_after),
-        (GaitClass::Walking, GaitClass::Walking)
+        (Some(GaitClass::Walking), Some(GaitClass::Walking))
     );
     assert_eq!(walking.steps_to_change, None);
     let stopping = record(20.0, |time_s| {
@@ -106,7 +106,7 @@ fn without_a_change_there_are_no_steps_to_it() {
         };
         frame
     });
-    assert_eq!(transition(&stopping).gait_after, GaitClass::Standing);
+    assert_eq!(transition(&stopping).gait_after, Some(GaitClass::Standing));
     assert_eq!(transition(&stopping).steps_to_change, None);
 }
 
@@ -118,7 +118,7 @@ fn a_fall_during_the_change_is_reported() {
     assert!(!summary.survived);
     assert_eq!(
         (summary.gait_before, summary.gait_after),
-        (GaitClass::Walking, GaitClass::Fallen)
+        (Some(GaitClass::Walking), Some(GaitClass::Fallen))
     );
     assert_eq!(summary.steps_to_change, None);
     close(Some(summary.survived_s), 12.0);
@@ -129,9 +129,25 @@ fn a_fall_before_the_ramp_leaves_nothing_after_it() {
     let mut recording = record(4.0, walk_to_run);
     recording.metadata.fell = true;
     let summary = transition(&recording);
-    assert_eq!(summary.gait_after, GaitClass::Fallen);
+    assert_eq!(summary.gait_after, Some(GaitClass::Fallen));
     assert_eq!(summary.speed_after_m_per_s, None);
     assert_eq!(summary.steps_to_change, None);
+}
+
+// A command that changes from the start on had a gait "before", mixed, though nothing was before.
+#[test]
+fn without_time_before_or_after_there_is_no_gait_there() {
+    let recording = record(20.0, walk_to_run);
+    let options = TransitionOptions::default();
+    let from_the_start = summarise_transition(&recording, 0.0, 10.6, &options);
+    assert_eq!(from_the_start.gait_before, None);
+    assert_eq!(from_the_start.before, None);
+    assert_eq!(from_the_start.gait_after, Some(GaitClass::Running));
+    let to_the_end = summarise_transition(&recording, 10.2, 20.0, &options);
+    assert_eq!(to_the_end.gait_before, Some(GaitClass::Walking));
+    assert_eq!((to_the_end.gait_after, to_the_end.after), (None, None));
+    let json = serde_json::to_value(&from_the_start).expect("json");
+    assert!(json["gait_before"].is_null() && json["before"].is_null());
 }
 
 #[test]

@@ -413,7 +413,7 @@ fn checks(
                     return FELL_CREDIT;
                 }
                 let [before, after] = gaits;
-                let right = [t.gait_before == before, t.gait_after == after];
+                let right = [t.gait_before == Some(before), t.gait_after == Some(after)];
                 let right = right.iter().filter(|&&right| right).count();
                 SURVIVED_CREDIT + ONE_GAIT_CREDIT * right as f64
             });
@@ -467,17 +467,13 @@ fn changes(t: &TransitionSummary, [from, to]: [GaitClass; 2]) -> Result<(), Stri
             t.survived_s - t.ramp_start_s
         ));
     }
-    if t.gait_before != from {
-        return Err(format!(
-            "before the change the motion is {}, not {from}",
-            t.gait_before
-        ));
-    }
-    if t.gait_after != to {
-        return Err(format!(
-            "after the change the motion is {}, not {to}",
-            t.gait_after
-        ));
-    }
-    Ok(())
+    let is = |when: &str, gait: Option<GaitClass>, wanted: GaitClass| match gait {
+        Some(gait) if gait == wanted => Ok(()),
+        Some(gait) => Err(format!(
+            "{when} the change the motion is {gait}, not {wanted}"
+        )),
+        None => Err(format!("nothing is recorded {when} the change")),
+    };
+    is("before", t.gait_before, from)?;
+    is("after", t.gait_after, to)
 }

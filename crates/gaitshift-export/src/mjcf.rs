@@ -18,7 +18,8 @@
 //! can be right at one load only, the nominal one. Friction is a damper of `impratio` times the normal
 //! one, limited by Coulomb's cone.
 
-use gaitshift_body::BodyParameters;
+use gaitshift_body::{Body, BodyParameters, ParameterError};
+use gaitshift_task::{Environment, TaskParameters};
 use std::fmt::Write as _;
 
 /// The smallest impedance that MuJoCo accepts (`mjMINIMP`).
@@ -90,11 +91,14 @@ fn foot_inverse_weight(p: &BodyParameters) -> f64 {
     (across + 1.0 / p.foot_mass_kg) / 3.0
 }
 
-/// The body as the text of an MJCF file, SI units and radians.
+/// The body as the text of an MJCF file, SI units and radians. The task gives the keyframe `start`, its default
+/// start, and the number `control_period_s`, for which a policy's action is held.
 ///
-/// `parameters` must be valid ([`BodyParameters::validate`]).
-pub fn mjcf(parameters: &BodyParameters) -> String {
+/// # Errors
+/// Parameters that are not valid ([`BodyParameters::validate`]).
+pub fn mjcf(parameters: &BodyParameters, task: &TaskParameters) -> Result<String, ParameterError> {
     let p = parameters;
+    let start = Environment::default_start(&Body::new(p.clone())?, task);
     let contact = NominalContact::new(p);
     // f R = -(b v + k d r) - a with R = (1 - d) A / d; MuJoCo divides what solref gives by d and d².
     let scale = (1.0 - IMPEDANCE) * foot_inverse_weight(p);
@@ -136,7 +140,7 @@ pub fn mjcf(parameters: &BodyParameters) -> String {
         .iter()
         .map(|(kind, joint)| format!("\n    <{kind} name=\"{joint}_{kind}\" joint=\"{joint}\"/>"))
         .collect();
-    format!(
+    Ok(format!(
         r#"<!-- A planar biped with passive hips, written by `gaitshift export mjcf`. SI units and radians.
 
      qpos: x, z, theta, then right phi, h, d, w, then left phi, h, d, w; qvel likewise. x and z are the hip axis
@@ -144,6 +148,8 @@ pub fn mjcf(parameters: &BodyParameters) -> String {
      down the leg, d the compression between thigh and foot, w that between thigh and tibia.
      ctrl: right, left actuator in units of their greatest force, held for a control period.
      sensordata: the observation of the controller but for its last element, the command omega_v.
+     Keyframe "start": the controller's default start, one leg in front and moving. From the pose at rest, which is
+     symmetric, a symmetric controller does not step. Numeric "control_period_s": how long an action is held.
 
      The same as in gaitshift: masses, inertias, springs, dampers, actuators, gravity, and the integrator
      (semi-implicit Euler with the same step). Off the ground, and with |h| within the stroke, both follow the
@@ -202,8 +208,19 @@ pub fn mjcf(parameters: &BodyParameters) -> String {
 
   <sensor>{sensors}
   </sensor>
+
+  <custom>
+    <numeric name="control_period_s" data="{period:?}"/>
+  </custom>
+
+  <keyframe>
+    <key name="start" qpos="{qpos}" qvel="{qvel}"/>
+  </keyframe>
 </mujoco>
 "#,
+        period = task.control_period_s,
+        qpos = numbers(&start.positions()),
+        qvel = numbers(&start.velocities()),
         k = p.contact_stiffness,
         n = p.contact_exponent,
         c = p.contact_dissipation_s_per_m,
@@ -224,7 +241,12 @@ pub fn mjcf(parameters: &BodyParameters) -> String {
         hip_mass = p.hip_mass_kg,
         hip_com = p.hip_com_height_m,
         hip_inertia = p.hip_inertia_kg_m2,
-    )
+    ))
+}
+
+fn numbers(values: &[f64]) -> String {
+    let texts: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
+    texts.join(" ")
 }
 
 /// The observation in its order, but for the command.

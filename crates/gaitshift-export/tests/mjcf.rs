@@ -2,8 +2,13 @@
 //! parameter that MuJoCo can express changes it; values MuJoCo refuses are not written. That MuJoCo moves the
 //! body as we do is tested with MuJoCo itself: `crates/gaitshift-python/tests/test_mujoco_*.py`.
 
-use gaitshift_body::BodyParameters;
-use gaitshift_export::{NominalContact, mjcf};
+use gaitshift_body::{Body, BodyParameters};
+use gaitshift_export::NominalContact;
+use gaitshift_task::{Environment, TaskParameters};
+
+fn mjcf(body: &BodyParameters) -> String {
+    gaitshift_export::mjcf(body, &TaskParameters::default()).unwrap()
+}
 
 /// Opening and closing tags in order, comments left out; panics where they do not match.
 fn tags(text: &str) -> Vec<String> {
@@ -86,7 +91,7 @@ fn every_parameter_changes_the_file() {
         let mut changed = fields.clone();
         let new = match value.as_u64() {
             Some(count) => serde_json::json!(count + 1),
-            None => serde_json::json!(value.as_f64().unwrap() * 0.8 + 0.01),
+            None => serde_json::json!(value.as_f64().unwrap() * 1.1 + 1e-4),
         };
         changed.insert(key.clone(), new);
         let changed: BodyParameters = serde_json::from_value(changed.into()).unwrap();
@@ -129,4 +134,47 @@ fn extreme_bodies_are_written_with_finite_numbers() {
         let inertia = attribute(tag, "diaginertia").unwrap();
         assert!(inertia.split(' ').all(|i| i.parse::<f64>().unwrap() > 0.0));
     }
+}
+
+// The exported body stood still under its policy: its pose at rest is symmetric, and so is the policy. The file had neither
+// the start that the policy knows nor the time for which its actions are held.
+#[test]
+fn the_file_has_a_start_and_the_control_period() {
+    let body = BodyParameters::default();
+    let mut task = TaskParameters::default();
+    task.control_period_s = 0.005;
+    task.start.speed_m_per_s = 0.7;
+    let text = gaitshift_export::mjcf(&body, &task).unwrap();
+    let tags = tags(&text);
+    let named = |name: &str| {
+        let mut found = tags.iter().filter(|t| attribute(t, "name") == Some(name));
+        let tag = found.next().unwrap_or_else(|| panic!("no {name}"));
+        assert!(found.next().is_none());
+        tag.as_str()
+    };
+    let period = named("control_period_s");
+    assert!(period.starts_with("numeric "));
+    assert_eq!(attribute(period, "data"), Some("0.005"));
+    let key = named("start");
+    assert!(key.starts_with("key "));
+    let start = Environment::default_start(&Body::new(body).unwrap(), &task);
+    for (name, values) in [("qpos", start.positions()), ("qvel", start.velocities())] {
+        let text = attribute(key, name).unwrap().split(' ');
+        let written: Vec<f64> = text.map(|v| v.parse().unwrap()).collect();
+        assert_eq!(written, values, "{name}");
+    }
+    assert!(
+        start.positions()[3] != start.positions()[7],
+        "one leg in front"
+    );
+}
+
+#[test]
+fn a_body_out_of_range_is_an_error() {
+    let body = BodyParameters {
+        foot_mass_kg: -1.0,
+        ..BodyParameters::default()
+    };
+    let error = gaitshift_export::mjcf(&body, &TaskParameters::default()).unwrap_err();
+    assert_eq!(error.key, "foot_mass_kg");
 }

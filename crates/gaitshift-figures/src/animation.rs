@@ -331,8 +331,8 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// What the step under way is; nothing before the first and after the last whole step. At the end of
-    /// a motion that fell it says so.
+    /// What the step under way is; nothing before the first and after the last whole step. A step of neither gait between
+    /// steps of both belongs to the change. At the end of a motion that fell it says so.
     fn gait_word(&self, time_s: f64) -> Option<&'static str> {
         let recording = self.motion.recording;
         let end_s = recording
@@ -346,13 +346,20 @@ impl<'a> Scene<'a> {
         let after = self
             .steps
             .partition_point(|(step, _)| step.start_s <= time_s);
-        let (step, class) = self.steps.get(after.checked_sub(1)?)?;
-        let under_way = time_s <= step.start_s + step.duration_s;
-        match class {
-            GaitClass::Walking if under_way => Some("walking"),
-            GaitClass::Running if under_way => Some("running"),
-            _ => None,
+        let at = after.checked_sub(1)?;
+        let (step, class) = self.steps.get(at)?;
+        if time_s > step.start_s + step.duration_s {
+            return None;
         }
+        let gait = |(_, class): &&(Step, GaitClass)| *class != GaitClass::Mixed;
+        let before = self.steps[..at].iter().rev().find(gait);
+        let next = self.steps[at..].iter().find(gait);
+        Some(match class {
+            GaitClass::Walking => "walking",
+            GaitClass::Running => "running",
+            _ if before.zip(next).is_some_and(|(a, b)| a.1 != b.1) => "changing",
+            _ => "mixed",
+        })
     }
 
     /// Contacts of both feet and the speed over the whole animation, with a cursor.
@@ -397,7 +404,8 @@ impl<'a> Scene<'a> {
         let (_, y) = speed.place(time_s, self.motion.mean_speed(time_s, SPEED_WINDOW_S));
         canvas.circle((x, y), 3.2, Paint::fill(COMMAND));
         let position = (TIMELINE.right(), HEIGHT - 2.5);
-        let time = format!("{:.1} s", time_s - self.motion.first_s());
+        // The recording's time, by which figures and options count too.
+        let time = format!("{time_s:.1} s");
         canvas.text(position, &time, right_aligned(QUIET));
     }
 }

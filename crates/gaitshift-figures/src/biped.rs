@@ -88,6 +88,9 @@ impl LegFrame {
     }
 }
 
+/// Half of the hip segment's diagonal, in leg lengths.
+const HALF_TRUNK: f64 = 0.24;
+
 /// Draws the whole body: the left leg behind, the hip segment, the right leg in front.
 pub(crate) fn draw(canvas: &mut Canvas, view: &View, body: &BodyParameters, pose: &Pose) {
     let [right, left] = &pose.legs;
@@ -210,6 +213,18 @@ fn draw_leg(
     );
     canvas.polyline(plate, Paint::stroke(dark, px(0.02 * l)));
     canvas.polyline(spheres, Paint::stroke(dark, px(2.0 * sphere)));
+}
+
+/// How far the body reaches behind its hip axis and before it, in m; the first is negative.
+pub(crate) fn reach(body: &BodyParameters, pose: &Pose) -> (f64, f64) {
+    let trunk = HALF_TRUNK * body.leg_length_m;
+    let spheres = pose.legs.iter().flat_map(|leg| {
+        (0..body.foot_sphere_count).map(|i| sphere_center(body, leg.psi, leg.h - leg.d, i).0)
+    });
+    let radius = body.foot_sphere_radius_m;
+    spheres.fold((-trunk, trunk), |(back, front), x| {
+        (back.min(x - radius), front.max(x + radius))
+    })
 }
 
 /// Where the ground pushes on a foot: the lowest point of its sole, in world coordinates.

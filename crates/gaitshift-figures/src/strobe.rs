@@ -5,7 +5,7 @@ use gaitshift_analysis::recording::{Recording, Side, column};
 use crate::biped::{self, View};
 use crate::canvas::{Anchor, Canvas, Ink, Paint, Rect, TextStyle};
 use crate::chart::{Axis, Panel};
-use crate::motion::{Motion, body_of};
+use crate::motion::{Motion, Pose, body_of};
 use crate::style::{LABEL, QUIET, SMALL, TEXT, WHITE, side_ink};
 use crate::support;
 use crate::{Figure, FigureError};
@@ -14,6 +14,10 @@ use crate::{Figure, FigureError};
 const LEAST_SPACING: f64 = 0.62;
 /// User units for a leg length.
 const LEG: f64 = 105.0;
+/// Least distance of the first and the last hip from the picture's edge, in leg lengths, and of any part of a body, in user
+/// units.
+const LEAST_MARGIN: f64 = 0.75;
+const EDGE: f64 = 6.0;
 
 /// A strobe picture of the time from `from_s` to `to_s`: `poses` (2 to 60) poses at equal times, the
 /// path of the hip, and below when each foot was on the ground.
@@ -58,10 +62,24 @@ pub fn strobe(
     let travelled = way / (poses - 1) as f64 * scale;
     let spacing = travelled.clamp(LEAST_SPACING * LEG, 4.0 * LEG);
 
-    let margin = 0.75 * LEG;
-    let width = spacing * (poses - 1) as f64 + 2.0 * margin;
+    // Whole bodies, however far their feet reach beyond the first and the last hip.
+    let poses: Vec<(f64, Pose)> = (0..poses)
+        .map(|i| {
+            let time_s = first_s + i as f64 * interval_s;
+            (time_s, motion.pose(time_s))
+        })
+        .collect();
+    let between = (poses.len() - 1) as f64;
+    let (mut left_margin, mut right_margin) = (LEAST_MARGIN * LEG, LEAST_MARGIN * LEG);
+    for (i, (_, pose)) in poses.iter().enumerate() {
+        let (back, front) = biped::reach(&body, pose);
+        let from_first = spacing * i as f64;
+        left_margin = left_margin.max(EDGE - back * scale - from_first);
+        right_margin = right_margin.max(EDGE + front * scale - (spacing * between - from_first));
+    }
+    let width = spacing * between + left_margin + right_margin;
     let ground = 1.42 * LEG + 12.0;
-    let bars = Rect::new(margin, ground + 18.0, width - 2.0 * margin, 22.0);
+    let bars = Rect::new(left_margin, ground + 18.0, spacing * between, 22.0);
     let mut canvas = Canvas::new(width, bars.bottom() + 42.0);
 
     let floor = Rect::new(0.0, ground, width, 7.0);
@@ -72,22 +90,16 @@ pub fn strobe(
         Paint::stroke(Ink::hex(0x7d7468), 1.2),
     );
 
-    let left_of = |time_s: f64| margin + (time_s - first_s) / duration_s * (width - 2.0 * margin);
+    let left_of = |time_s: f64| left_margin + (time_s - first_s) / duration_s * bars.width;
     let view = View {
         x_m: 0.0,
         left: 0.0,
         ground,
         scale,
     };
-    for i in 0..poses {
-        let time_s = first_s + i as f64 * interval_s;
-        let pose = motion.pose(time_s);
-        biped::draw(
-            &mut canvas,
-            &view.moved(pose.x, left_of(time_s)),
-            &body,
-            &pose,
-        );
+    for (time_s, pose) in &poses {
+        let view = view.moved(pose.x, left_of(*time_s));
+        biped::draw(&mut canvas, &view, &body, pose);
     }
     let times = motion.times();
     let hips: Vec<_> = times

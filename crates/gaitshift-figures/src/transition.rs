@@ -11,6 +11,8 @@ use crate::support;
 use crate::{Figure, FigureError};
 
 const HATCH: Ink = TEXT.opacity(0.55);
+/// Slopes of the command this near to each other, as a share of the steepest, are those of one line.
+const STRAIGHT: f64 = 1e-6;
 
 /// What a figure of a time range shows and how large it is.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +42,7 @@ impl Default for FigureOptions {
 /// Kinetic, gravitational and elastic energy and the speed against time, in stacked panels.
 ///
 /// The background tells the support phases apart, the hatching marks the `ramp` from its start to its
-/// end in s, and the command `ω_v` is drawn over the speed with its own axis. Gravitational energy is
+/// end in s, or each of several, but no command that changes along a curve, and the command `ω_v` is drawn over the speed with its own axis. Gravitational energy is
 /// counted from its lowest value in the picture.
 ///
 /// # Errors
@@ -75,7 +77,8 @@ pub fn transition_figure(
     let left = 58.0;
     let right = 54.0;
     let title_height = if options.title.is_some() { 22.0 } else { 0.0 };
-    let legend = Legend::new(options.width - 24.0);
+    let hatched = ramps(recording, ramp);
+    let legend = Legend::new(options.width - 24.0, !hatched.is_empty());
     let top = title_height + legend.height + 12.0;
     let (panel_height, gap) = (104.0, 8.0);
     let height = top + 4.0 * panel_height + 3.0 * gap + 46.0;
@@ -112,7 +115,9 @@ pub fn transition_figure(
             y,
         };
         support::shade_panel(&mut canvas, &panel, support.phases());
-        hatch_ramp(&mut canvas, &panel, ramp);
+        for &ramp in &hatched {
+            hatch_ramp(&mut canvas, &panel, ramp);
+        }
         let is_speed = i + 1 == curves.len();
         if is_speed {
             draw_command(&mut canvas, &panel, &motion);
@@ -132,6 +137,45 @@ pub fn transition_figure(
     Ok(Figure {
         svg: canvas.finish(),
     })
+}
+
+/// The straight ramps of the command, in s: `ramp` if it is the only change, otherwise what is recorded. A row holds the
+/// command of the period that ends there.
+fn ramps(recording: &Recording, ramp: (f64, f64)) -> Vec<(f64, f64)> {
+    let commands = recording.column(column::OMEGA_V);
+    let times = recording.column(column::TIME_S);
+    // Rows whose command differs from that of the row before, in unbroken stretches.
+    let mut stretches: Vec<(usize, usize)> = Vec::new();
+    for row in 1..commands.len() {
+        if commands[row] != commands[row - 1] {
+            match stretches.last_mut() {
+                Some((_, last)) if *last + 1 == row => *last = row,
+                _ => stretches.push((row, row)),
+            }
+        }
+    }
+    let only = stretches.len() <= 1;
+    let straight = |&(first, last): &(usize, usize)| {
+        // At both ends a period may be a part of the ramp only.
+        let slopes: Vec<f64> = (first + 1..last)
+            .map(|row| (commands[row] - commands[row - 1]) / (times[row] - times[row - 1]))
+            .collect();
+        let greatest = slopes.iter().fold(0.0_f64, |most, s| most.max(s.abs()));
+        let same = |pair: &[f64]| (pair[0] - pair[1]).abs() <= STRAIGHT * greatest;
+        slopes.windows(2).all(same)
+    };
+    if stretches.is_empty() {
+        return vec![ramp];
+    }
+    let ramps = stretches.iter().filter(|stretch| straight(stretch));
+    let interval = |&(first, last): &(usize, usize)| {
+        if only {
+            ramp
+        } else {
+            (times[first.saturating_sub(2)], times[last - 1])
+        }
+    };
+    ramps.map(interval).collect()
 }
 
 fn hatch_ramp(canvas: &mut Canvas, panel: &Panel, ramp: (f64, f64)) {
@@ -161,23 +205,24 @@ struct Legend {
     /// Position of each entry relative to the legend's first base line.
     places: Vec<(f64, f64)>,
     height: f64,
+    ramp: bool,
 }
 
 impl Legend {
     const ROW: f64 = 17.0;
     const TEXT: f64 = 18.0;
 
-    fn names() -> impl Iterator<Item = &'static str> {
+    fn names(ramp: bool) -> impl Iterator<Item = &'static str> {
         support::PHASES
             .into_iter()
             .map(support::name)
-            .chain(["ramp"])
+            .chain(ramp.then_some("ramp"))
     }
 
-    fn new(width: f64) -> Self {
+    fn new(width: f64, ramp: bool) -> Self {
         let mut places = Vec::new();
         let (mut x, mut y) = (0.0, 0.0);
-        for name in Self::names() {
+        for name in Self::names(ramp) {
             let entry = Self::TEXT + text_width(name, SMALL);
             if x > 0.0 && x + entry > width {
                 (x, y) = (0.0, y + Self::ROW);
@@ -188,11 +233,12 @@ impl Legend {
         Self {
             places,
             height: y + Self::ROW,
+            ramp,
         }
     }
 
     fn draw(&self, canvas: &mut Canvas, left: f64, base: f64) {
-        for (i, (name, (x, y))) in Self::names().zip(&self.places).enumerate() {
+        for (i, (name, (x, y))) in Self::names(self.ramp).zip(&self.places).enumerate() {
             let (x, y) = (left + x, base + y);
             let swatch = Rect::new(x, y - 9.5, 14.0, 11.0);
             match support::PHASES.get(i) {

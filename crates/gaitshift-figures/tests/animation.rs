@@ -4,7 +4,7 @@
 mod common;
 
 use common::keep;
-use gaitshift_analysis::recording::Recording;
+use gaitshift_analysis::recording::{COLUMNS, Column, Recording, column};
 use gaitshift_figures::{AnimationOptions, FigureError, animate};
 
 /// A decoded GIF: frames as a viewer shows them.
@@ -174,6 +174,61 @@ fn the_same_recording_gives_the_same_file() {
         animate(&recording, &options).unwrap(),
         animate(&recording, &options).unwrap()
     );
+}
+
+/// The recording, told to begin at `start_s`.
+fn beginning_at(recording: &Recording, start_s: f64) -> Recording {
+    let mut late = Recording::new(recording.metadata.clone());
+    for row in 0..recording.len() {
+        let mut values: Vec<f64> = COLUMNS
+            .iter()
+            .map(|name| recording.column(Column::named(name).unwrap())[row])
+            .collect();
+        values[column::TIME_S.index()] += start_s;
+        late.push_row(&values).unwrap();
+    }
+    late
+}
+
+// An animation from 8 s to 14 s counted from 0, so that no moment of it could be found in the figure.
+#[test]
+fn the_time_shown_is_the_recordings() {
+    let recording = common::toy(0.5, |_| 0.0);
+    let options = |from_s: f64| AnimationOptions {
+        from_s: Some(from_s),
+        to_s: Some(from_s + 0.4),
+        ..quick()
+    };
+    let early = Film::of(&recording, &options(0.0));
+    let late = Film::of(&beginning_at(&recording, 88.0), &options(88.0));
+    let differing: Vec<usize> = (0..early.frames[0].len())
+        .filter(|&i| early.frames[0][i] != late.frames[0][i])
+        .collect();
+    // Nothing but the time, at the lower right.
+    assert!(differing.len() > 10);
+    for i in differing {
+        let (x, y) = (i % early.width, i / early.width);
+        assert!(x > 560 && y > 385, "{x}, {y}");
+    }
+}
+
+// The word went blank while the gait changed.
+#[test]
+fn the_gait_has_a_name_while_it_changes() {
+    // Steps of a gait between walking and running, neither of them.
+    let recording = common::toy(9.0, |t| ((t - 3.0) / 3.0).clamp(0.0, 1.0));
+    let options = AnimationOptions {
+        from_s: Some(2.0),
+        to_s: Some(7.0),
+        fps: 10.0,
+        ..Default::default()
+    };
+    let film = Film::of(&recording, &options);
+    for frame in &film.frames {
+        // Where the gait stands, between the knob and the speed.
+        let written = (20..47).any(|y| (296..440).any(|x| frame[y * film.width + x] != [0xff; 3]));
+        assert!(written);
+    }
 }
 
 #[test]

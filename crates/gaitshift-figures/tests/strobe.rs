@@ -34,6 +34,31 @@ fn polylines(figure: &Figure, stroke: f64) -> Vec<Vec<(f64, f64)>> {
         .collect()
 }
 
+// The first poses of a run were cut off at the picture's left edge: its feet swing further behind the hip than the margin.
+#[test]
+fn no_foot_is_cut_off() {
+    for (back, front) in [(-1.2, 0.4), (-0.3, 1.3), (-1.4, -1.2)] {
+        let state = BodyState::from_coordinates(
+            &{
+                let mut positions = [0.0; 11];
+                positions[1] = 0.7;
+                positions[3] = back;
+                positions[7] = front;
+                positions
+            },
+            &[0.0; 11],
+        );
+        let figure = strobe(&hold(&state), 0.0, 1.0, 2).unwrap();
+        let (width, _) = common::drawn_size(&figure);
+        let soles = polylines(&figure, SOLE);
+        assert_eq!(soles.len(), 4);
+        for (x, _) in soles.iter().flatten() {
+            let half = 0.5 * SOLE;
+            assert!((half..=width - half).contains(x), "{x} of {width}");
+        }
+    }
+}
+
 /// Height of the lowest point of each sole over the ground in m; left and right leg of each pose.
 fn clearances(figure: &Figure) -> Vec<f64> {
     let lowest = |sole: &Vec<(f64, f64)>| {

@@ -4,6 +4,7 @@
 mod common;
 
 use common::{colour, count, drawn_size, keep, phases_between, pixels};
+use gaitshift_analysis::recording::{COLUMNS, Column, Recording, column};
 use gaitshift_analysis::support::SupportPhase;
 use gaitshift_figures::{FigureError, FigureOptions, transition_figure};
 
@@ -92,6 +93,65 @@ fn the_hatching_covers_the_ramp_and_nothing_else() {
     let whole = |band: &&(f64, f64)| (band.0 - LEFT).abs() < 0.1 && (band.1 - RIGHT).abs() < 0.1;
     assert_eq!(bands.iter().filter(whole).count(), 5);
     assert_eq!(bands.len(), 4 + 5 + 1);
+}
+
+/// The toy with another command.
+fn commanded(command: impl Fn(f64) -> f64) -> Recording {
+    let toy = common::transition();
+    let mut recording = Recording::new(toy.metadata.clone());
+    for row in 0..toy.len() {
+        let mut values: Vec<f64> = COLUMNS
+            .iter()
+            .map(|name| toy.column(Column::named(name).unwrap())[row])
+            .collect();
+        // A row holds the command of the period that ends there.
+        let time_s = values[column::TIME_S.index()] - common::PERIOD_S;
+        values[column::OMEGA_V.index()] = command(time_s.max(0.0));
+        recording.push_row(&values).unwrap();
+    }
+    recording
+}
+
+/// From where to where it is hatched in the first panel, in s.
+fn hatched(recording: &Recording, change: (f64, f64)) -> Vec<(f64, f64)> {
+    let figure = transition_figure(recording, change, &shown()).unwrap();
+    let time = |x: f64| 0.5 + (x - LEFT) / (RIGHT - LEFT) * 5.0;
+    let mut found: Vec<(f64, f64)> = figure
+        .svg
+        .split("<svg x=\"")
+        .skip(1)
+        .filter_map(|rest| {
+            let mut quoted = rest.split('"');
+            let left: f64 = quoted.next()?.parse().ok()?;
+            let width: f64 = quoted.nth(3)?.parse().ok()?;
+            (left > LEFT + 1.0).then(|| (time(left), time(left + width)))
+        })
+        .collect();
+    found.dedup();
+    assert_eq!(count(&figure.svg, ">ramp<"), usize::from(!found.is_empty()));
+    found
+}
+
+// From its first change to its last everything was hatched, over a command that follows a curve as over one ramp.
+#[test]
+fn a_curve_is_no_ramp_and_several_ramps_are_several() {
+    let curve = commanded(|t| 1.5 - 1.5 * (0.6 * t).cos());
+    assert_eq!(hatched(&curve, (0.0, 6.5)), []);
+    let triangle = commanded(|t| 3.0 - (t - 3.0).abs());
+    assert_eq!(hatched(&triangle, (0.0, 6.0)), []);
+    let trip = commanded(|t| {
+        3.0 * (2.0 * (t - 1.0))
+            .clamp(0.0, 1.0)
+            .min((2.0 * (4.5 - t)).clamp(0.0, 1.0))
+    });
+    let ramps = hatched(&trip, (1.0, 4.5));
+    let near =
+        |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).abs() < 0.011 && (a.1 - b.1).abs() < 0.011;
+    assert_eq!(ramps.len(), 2, "{ramps:?}");
+    assert!(
+        near(ramps[0], (1.0, 1.5)) && near(ramps[1], (4.0, 4.5)),
+        "{ramps:?}"
+    );
 }
 
 #[test]

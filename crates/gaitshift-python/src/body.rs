@@ -47,9 +47,13 @@ impl Body {
         to_python(py, self.0.parameters())
     }
 
-    /// The body as MJCF, the model format of MuJoCo; `qpos` and `qvel` are positions and velocities.
-    fn mjcf(&self) -> String {
-        gaitshift_export::mjcf(self.0.parameters())
+    /// The body as MJCF, the model format of MuJoCo; `qpos` and `qvel` are positions and velocities. `task` holds
+    /// parameters that differ from the default task, whose default start and control period the file has as the keyframe
+    /// `start` and the numeric `control_period_s`.
+    #[pyo3(signature = (task = None))]
+    fn mjcf(&self, task: Option<&Bound<'_, PyAny>>) -> PyResult<String> {
+        let task: TaskParameters = with_overrides(&TaskParameters::default(), task, "task")?;
+        gaitshift_export::mjcf(self.0.parameters(), &task).map_err(value_error)
     }
 
     /// Accelerations of the 11 coordinates (m/s², rad/s²) under the actuators' forces, shape (2,), in N.

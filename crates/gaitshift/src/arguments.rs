@@ -359,9 +359,10 @@ pub struct RenderArguments {
         long,
         value_name = "N",
         allow_negative_numbers = true,
-        default_value = "12"
+        default_value = "12",
+        value_parser = clap::value_parser!(u16).range(2..=60)
     )]
-    pub poses: usize,
+    pub poses: u16,
 }
 
 /// Describes recordings, whichever simulator wrote them, by the rules of `evaluate` and `transition`.

@@ -2,9 +2,11 @@
 
 use crate::arguments::{ExportArguments, ExportFormat};
 use crate::failure::Failure;
+use crate::output;
 use gaitshift_analysis::Recording;
 use gaitshift_body::BodyParameters;
 use gaitshift_experiment::{Controller, load_body_overrides};
+use gaitshift_task::TaskParameters;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
@@ -16,11 +18,9 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             controller,
             out,
         } => {
-            let parameters = body_of(body.as_deref(), controller.as_deref())?;
-            put(
-                gaitshift_export::mjcf(&parameters).as_bytes(),
-                out.as_deref(),
-            )
+            let (parameters, task) = body_and_task(body.as_deref(), controller.as_deref())?;
+            let text = gaitshift_export::mjcf(&parameters, &task).map_err(Failure::input)?;
+            put(text.as_bytes(), out.as_deref())
         }
         ExportFormat::Onnx { controller, out } => {
             let controller = load(controller.as_deref())?;
@@ -31,7 +31,10 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             let recording = read(recording)?;
             // Written anew, so that unknown columns are gone and the order is the documented one.
             match out {
-                Some(path) => recording.write_csv(path).map_err(Failure::run),
+                Some(path) => {
+                    output::create_folder_of(path)?;
+                    recording.write_csv(path).map_err(Failure::run)
+                }
                 None => put(recording.to_csv().map_err(Failure::run)?.as_bytes(), None),
             }
         }
@@ -54,16 +57,20 @@ fn read(path: &Path) -> Result<Recording, Failure> {
     Recording::read_csv(path).map_err(Failure::input)
 }
 
-/// The body of a controller, or the default one, changed as a file says.
-fn body_of(body: Option<&Path>, controller: Option<&Path>) -> Result<BodyParameters, Failure> {
-    let base = match controller {
-        Some(path) => load(Some(path))?.body,
-        None => BodyParameters::default(),
+/// Body and task of a controller, or the default ones, the body changed as a file says.
+fn body_and_task(
+    body: Option<&Path>,
+    controller: Option<&Path>,
+) -> Result<(BodyParameters, TaskParameters), Failure> {
+    let (base, task) = match controller {
+        Some(path) => load(Some(path)).map(|c| (c.body, c.task))?,
+        None => (BodyParameters::default(), TaskParameters::default()),
     };
-    match body {
-        Some(path) => load_body_overrides(path, &base).map_err(Failure::input),
-        None => Ok(base),
-    }
+    let body = match body {
+        Some(path) => load_body_overrides(path, &base).map_err(Failure::input)?,
+        None => base,
+    };
+    Ok((body, task))
 }
 
 /// Bytes that no terminal should be shown.
@@ -79,7 +86,10 @@ fn put_binary(bytes: &[u8], out: Option<&Path>) -> Result<(), Failure> {
 /// To a file, or to standard output.
 fn put(bytes: &[u8], out: Option<&Path>) -> Result<(), Failure> {
     match out {
-        Some(path) => std::fs::write(path, bytes).map_err(|cause| Failure::write(path, &cause)),
+        Some(path) => {
+            output::create_folder_of(path)?;
+            std::fs::write(path, bytes).map_err(|cause| Failure::write(path, &cause))
+        }
         None => {
             let mut output = io::stdout();
             output.write_all(bytes)?;

@@ -2,6 +2,7 @@
 
 use crate::arguments::{OMEGA_V_MAX, SubjectArguments};
 use crate::failure::Failure;
+use crate::{output, render};
 use gaitshift_analysis::Recording;
 use gaitshift_body::{Body, BodyState};
 use gaitshift_experiment::{
@@ -125,13 +126,25 @@ pub fn read_profile(path: &Path) -> Result<CommandProfile, Failure> {
     Ok(profile)
 }
 
-/// Writes a recording into a folder and gives its path.
+/// Writes a recording into a folder and gives its path. Pictures of an older recording that it takes the place of, which
+/// `gaitshift render` put beside that, are removed: they would show another motion than the file.
 pub fn write_recording(
     recording: &Recording,
     folder: &Path,
     name: &str,
 ) -> Result<std::path::PathBuf, Failure> {
     let path = folder.join(name);
+    let old = std::fs::read(&path).ok();
     recording.write_csv(&path).map_err(Failure::run)?;
+    if old.is_some_and(|old| std::fs::read(&path).is_ok_and(|new| new != old)) {
+        for picture in render::pictures_beside(&path) {
+            if std::fs::remove_file(&picture).is_ok() {
+                let picture = picture.display();
+                output::note(&format!(
+                    "removed {picture}, a picture of the recording that was replaced"
+                ));
+            }
+        }
+    }
     Ok(path)
 }

@@ -35,6 +35,17 @@ pub fn create_folder(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path).map_err(|cause| Failure::write(path, &cause))
 }
 
+/// Creates the folder that a file is written into.
+pub fn create_folder_of(path: &Path) -> Result<(), Failure> {
+    match path
+        .parent()
+        .filter(|parent| !parent.as_os_str().is_empty())
+    {
+        Some(parent) => create_folder(parent),
+        None => Ok(()),
+    }
+}
+
 /// A picture fails because of what was asked for, or because it cannot be written.
 pub fn figure_failure(error: FigureError) -> Failure {
     match error {

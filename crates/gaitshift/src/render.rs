@@ -6,6 +6,7 @@ use crate::output;
 use gaitshift_analysis::Recording;
 use gaitshift_analysis::recording::column;
 use gaitshift_figures::{AnimationOptions, animate, stride_at, strobe};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// Where the pictures go; what has no place is not drawn.
@@ -27,7 +28,12 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let mut files = Vec::new();
     if let Some(path) = &places.stride {
         let middle_s = middle_s(&recording, a.from_s, a.to_s);
-        match write_stride(&recording, a.stride_at_s.unwrap_or(middle_s), a.poses, path) {
+        match write_stride(
+            &recording,
+            a.stride_at_s.unwrap_or(middle_s),
+            usize::from(a.poses),
+            path,
+        ) {
             Ok(written) => files.extend(written),
             // A motion that takes no stride can still be animated.
             Err(failure @ Failure::Input(_))
@@ -84,20 +90,54 @@ fn places(a: &RenderArguments) -> Result<Places, Failure> {
             folder: parent.map(Path::to_owned),
         });
     }
+    if let Some(out) = &a.out
+        && let Some(ending) = names_a_file(out)
+    {
+        return Err(Failure::input(format!(
+            "{}: no picture is written as .{ending}; give a file ending in .gif (animation), .svg or .png \
+             (stride), or a folder, with a `/` at its end if it is called so",
+            out.display()
+        )));
+    }
     let own = a.recording.parent().unwrap_or(Path::new(""));
     let folder = a.out.as_deref().unwrap_or(own);
-    let mut stem = a.recording.file_stem().unwrap_or_default().to_owned();
-    let stride = folder.join({
-        let mut name = stem.clone();
-        name.push("-stride");
-        name
-    });
-    stem.push(".gif");
+    let [animation, stride] = names(&a.recording).map(|name| folder.join(name));
     Ok(Places {
-        animation: (!a.strobe).then(|| folder.join(stem)),
+        animation: (!a.strobe).then_some(animation),
         stride: Some(stride),
         folder: a.out.clone(),
     })
+}
+
+/// What a recording's pictures are called: the animation, and the stride without its ending.
+fn names(recording: &Path) -> [OsString; 2] {
+    [".gif", "-stride"].map(|ending| {
+        let mut name = recording.file_stem().unwrap_or_default().to_owned();
+        name.push(ending);
+        name
+    })
+}
+
+/// Where the pictures of a recording are unless another place is asked for.
+pub fn pictures_beside(recording: &Path) -> [PathBuf; 3] {
+    let [animation, stride] = names(recording).map(|name| recording.with_file_name(name));
+    let stride = stride.into_os_string();
+    let [svg, png] = [".svg", ".png"].map(|ending| {
+        let mut path = stride.clone();
+        path.push(ending);
+        path.into()
+    });
+    [animation, svg, png]
+}
+
+/// The ending of what is meant as a file: up to four letters and digits, and no folder of that name.
+fn names_a_file(path: &Path) -> Option<&str> {
+    let ending = path.extension()?.to_str()?;
+    let usual = ending.len() <= 4
+        && ending.chars().all(|c| c.is_ascii_alphanumeric())
+        && ending.chars().any(|c| c.is_ascii_alphabetic());
+    let folder = path.is_dir() || path.as_os_str().to_string_lossy().ends_with(['/', '\\']);
+    (usual && !folder).then_some(ending)
 }
 
 /// Middle of the time range as far as recorded, in s.

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::motion::{Subject, read_profile, write_recording};
 use crate::output::{self, number};
 use gaitshift_analysis::recording::{Recording, column};
-use gaitshift_analysis::{TransitionOptions, TransitionSummary, summarise_transition};
+use gaitshift_analysis::{GaitClass, TransitionOptions, TransitionSummary, summarise_transition};
 use gaitshift_experiment::CommandProfile;
 use gaitshift_figures::{FigureOptions, transition_figure};
 use std::path::{Path, PathBuf};
@@ -123,6 +123,7 @@ pub fn describe(s: &TransitionSummary) -> Vec<String> {
     let both = |before: Option<f64>, after: Option<f64>| {
         format!("{} → {}", number(before, 2), number(after, 2))
     };
+    let gait = |gait: Option<GaitClass>| gait.map_or_else(|| "-".to_owned(), |g| g.to_string());
     let fate = if s.survived {
         format!("stayed up to the end ({:.1} s)", s.survived_s)
     } else {
@@ -137,13 +138,20 @@ pub fn describe(s: &TransitionSummary) -> Vec<String> {
         fate,
         format!(
             "gait            {} → {}{steps}",
-            s.gait_before, s.gait_after
+            gait(s.gait_before),
+            gait(s.gait_after)
         ),
         format!(
             "speed           {} m/s",
             both(s.speed_before_m_per_s, s.speed_after_m_per_s)
         ),
-        format!("Froude number   {}", both(s.before.froude, s.after.froude)),
+        format!(
+            "Froude number   {}",
+            both(
+                s.before.as_ref().and_then(|s| s.froude),
+                s.after.as_ref().and_then(|s| s.froude)
+            )
+        ),
         format!(
             "double support  {}",
             both(s.double_support_before, s.double_support_after)

@@ -46,7 +46,24 @@ fn what_cannot_be_exported_is_refused() {
     place.refused("export npz bad.csv", &["bad.csv"]);
     place.refused("export csv no.csv", &["no.csv"]);
     place.refused("export gltf", &["gltf"]);
-    let output = place.output("export mjcf -o no/such/folder.xml");
+    place.write("file", "");
+    let output = place.output("export mjcf -o file/biped.xml");
     assert_eq!(output.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("folder.xml"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("file"));
+}
+
+// Every other command made the folder of what it wrote.
+#[test]
+fn the_folder_is_made() {
+    let place = Place::new();
+    place.write_toy_recording("toy.csv");
+    for (format, path) in [
+        ("mjcf", "a/b/biped.xml"),
+        ("onnx", "c/policy.onnx"),
+        ("csv toy.csv", "d/e/toy.csv"),
+        ("npz toy.csv", "f/toy.npz"),
+    ] {
+        place.stdout(&format!("export {format} --out {path}"));
+        assert!(!place.read(path).is_empty(), "{path}");
+    }
 }

@@ -44,6 +44,24 @@ fn the_ending_of_the_file_says_which_picture_is_drawn() {
     );
 }
 
+// `--out move.mp4` made a folder of that name and reported success.
+#[test]
+fn a_kind_of_file_that_is_not_written_is_refused() {
+    let place = place_with_recording();
+    for name in ["move.mp4", "stride.pdf", "out/stride.jpg", "x.WEBM"] {
+        let words = [name, ".gif", ".svg"];
+        place.refused(&format!("render toy.csv --out {name}"), &words);
+        assert!(!place.path(name).exists());
+    }
+    let quick = "--strobe --stride-at-s 3 --poses 2";
+    for folder in ["folder.mp4/", "version-1.5", "a.folder"] {
+        place.stdout(&format!("render toy.csv --out {folder} {quick}"));
+        assert!(place.path(folder).join("toy-stride.svg").exists());
+    }
+    // One that is there is a folder, whatever it is called.
+    place.stdout(&format!("render toy.csv --out folder.mp4 {quick}"));
+}
+
 #[test]
 fn the_same_recording_gives_the_same_pictures() {
     let place = place_with_recording();
@@ -58,6 +76,30 @@ fn the_same_recording_gives_the_same_pictures() {
             place.read(&format!("two/{name}"))
         );
     }
+}
+
+// A new recording of the same name stood beside the pictures of the old one.
+#[test]
+fn pictures_of_a_recording_that_is_replaced_do_not_stay() {
+    let place = Place::new();
+    let evaluate = "evaluate --omega-v 3 --duration-s 3 --out out";
+    place.stdout(evaluate);
+    place.stdout("render out/omega_v_3.csv --fps 5 --width 160");
+    place.write("out/mine.png", "mine");
+    let pictures = [
+        "omega_v_3.gif",
+        "omega_v_3-stride.svg",
+        "omega_v_3-stride.png",
+    ];
+    let there = || pictures.map(|name| place.path("out").join(name).exists());
+    assert_eq!(there(), [true; 3]);
+    // The same motion again: the pictures still show it.
+    place.stdout(evaluate);
+    assert_eq!(there(), [true; 3]);
+    let output = place.output(&format!("{evaluate} --seed 1"));
+    assert_eq!(there(), [false; 3]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("omega_v_3.gif"));
+    assert!(place.path("out/mine.png").exists());
 }
 
 #[test]
@@ -109,6 +151,9 @@ fn options_out_of_range_are_refused() {
         ("--poses 1 --strobe", "poses"),
         ("--stride-at-s 100", "--stride-at-s"),
         ("--strobe --out x.gif", ".svg"),
+        // An error was said and the exit code was 0.
+        ("--poses 1", "poses"),
+        ("--poses 61", "poses"),
     ] {
         place.refused(&format!("render toy.csv {arguments}"), &[word]);
     }

@@ -97,6 +97,19 @@ fn from_the_first_change_to_the_last_is_the_ramp() {
     assert_eq!(value["ramp_end_s"], 5.0);
 }
 
+// What was "before" a command that changes from the start on was made up.
+#[test]
+fn before_a_change_from_the_start_on_there_is_no_gait() {
+    let place = Place::new();
+    place.write("sweep.csv", "time_s,omega_v\n0,0\n2,3\n");
+    let transition = "transition --command-profile sweep.csv --after-s 1";
+    let value = place.json(&format!("{transition} --json"));
+    assert!(value["gait_before"].is_null(), "{value}");
+    assert!(value["gait_after"].is_string(), "{value}");
+    let text = place.stdout(transition);
+    assert!(text.contains("gait            - → "), "{text}");
+}
+
 #[test]
 fn a_profile_without_a_change_is_refused() {
     let place = Place::new();

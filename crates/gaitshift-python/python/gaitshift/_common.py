@@ -35,7 +35,8 @@ class HasParameters:
 
 def refuse_render_mode(render_mode: object) -> None:
     if render_mode is not None:
-        raise ValueError(f"render_mode {render_mode!r} is not supported; record and use `gaitshift render` instead")
+        # Gymnasium's make_vec_env and its kin try a render mode and go without one on TypeError, as of an unknown argument.
+        raise TypeError(f"render_mode {render_mode!r} is not supported; record and use `gaitshift render` instead")
 
 
 def make_spaces() -> tuple[spaces.Space[NDArray[np.float64]], spaces.Space[NDArray[np.float32]]]:

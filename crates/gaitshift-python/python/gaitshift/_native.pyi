@@ -39,7 +39,7 @@ class Body:
     @property
     def parameters(self) -> dict[str, Any]:
         """All parameters."""
-    def mjcf(self) -> str:
+    def mjcf(self, task: dict[str, Any] | None = None) -> str:
         """The body as MJCF, the model format of MuJoCo; `qpos` and `qvel` are positions and velocities."""
     def accelerations(self, positions: _Floats, velocities: _Floats, actuator_n: _Floats) -> _Floats:
         """Accelerations of the 11 coordinates (m/s², rad/s²) under the actuators' forces, shape (2,), in N."""

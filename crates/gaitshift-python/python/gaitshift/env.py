@@ -73,8 +73,9 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
             render_mode: only ``None``; recordings are drawn by ``gaitshift render``.
 
         Raises:
-            ValueError: an unknown parameter, recipe or render mode, a value out of range, an experiment or controller
-                that cannot be used.
+            TypeError: a render mode.
+            ValueError: an unknown parameter or recipe, a value out of range, an experiment or controller that cannot be
+                used.
             OSError: the controller's file cannot be read.
         """
         refuse_render_mode(render_mode)
