@@ -141,8 +141,10 @@ fn extreme_bodies_are_written_with_finite_numbers() {
 #[test]
 fn the_file_has_a_start_and_the_control_period() {
     let body = BodyParameters::default();
-    let mut task = TaskParameters::default();
-    task.control_period_s = 0.005;
+    let mut task = TaskParameters {
+        control_period_s: 0.005,
+        ..TaskParameters::default()
+    };
     task.start.speed_m_per_s = 0.7;
     let text = gaitshift_export::mjcf(&body, &task).unwrap();
     let tags = tags(&text);

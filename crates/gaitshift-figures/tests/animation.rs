@@ -202,7 +202,11 @@ fn the_time_shown_is_the_recordings() {
     let early = Film::of(&recording, &options(0.0));
     let late = Film::of(&beginning_at(&recording, 88.0), &options(88.0));
     let differing: Vec<usize> = (0..early.frames[0].len())
-        .filter(|&i| early.frames[0][i] != late.frames[0][i])
+        .filter(|&i| {
+            // The palettes may differ by shades.
+            let shades = early.frames[0][i].iter().zip(late.frames[0][i]);
+            shades.map(|(a, b)| a.abs_diff(b)).max() > Some(60)
+        })
         .collect();
     // Nothing but the time, at the lower right.
     assert!(differing.len() > 10);

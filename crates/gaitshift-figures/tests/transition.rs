@@ -124,11 +124,14 @@ fn hatched(recording: &Recording, change: (f64, f64)) -> Vec<(f64, f64)> {
             let mut quoted = rest.split('"');
             let left: f64 = quoted.next()?.parse().ok()?;
             let width: f64 = quoted.nth(3)?.parse().ok()?;
-            (left > LEFT + 1.0).then(|| (time(left), time(left + width)))
+            // Not the curves, which are as wide as the panel, nor the swatch of the legend, which is not in one.
+            let hatch = left > LEFT + 1.0 && width > 30.0;
+            hatch.then(|| (time(left), time(left + width)))
         })
         .collect();
-    found.dedup();
     assert_eq!(count(&figure.svg, ">ramp<"), usize::from(!found.is_empty()));
+    // Four panels with the same hatching.
+    found.truncate(found.len() / 4);
     found
 }
 

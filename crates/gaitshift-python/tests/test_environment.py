@@ -162,9 +162,34 @@ def test_what_cannot_be_made_is_refused(options, error, words):
         gymnasium.make(ID, **options)
 
 
+# It was a ValueError, on which make_vec_env, which tries "rgb_array" and on a TypeError goes without, gave up.
 def test_an_unsupported_render_mode_is_refused():
-    with pytest.raises(ValueError, match="render"):
-        gaitshift.PassiveBipedEnv(render_mode="human")
+    for make_one in (gaitshift.PassiveBipedEnv, gaitshift.PassiveBipedVectorEnv):
+        with pytest.raises(TypeError, match="render"):
+            make_one(render_mode="human")
+
+
+# Gymnasium warns of the mode that make_vec_env tries first.
+@pytest.mark.filterwarnings("ignore:.*not in the possible render_modes.*")
+def test_stable_baselines3_makes_a_vector_of_them():
+    from stable_baselines3.common.env_util import make_vec_env
+
+    envs = make_vec_env(ID, n_envs=4, seed=1)
+    observations = envs.reset()
+    assert observations.shape == (4, 14)
+    observations, rewards, over, infos = envs.step(np.zeros((4, 2), dtype=np.float32))
+    assert observations.shape == (4, 14) and rewards.shape == over.shape == (4,) and "x_m" in infos[0]
+    envs.close()
+
+
+def test_episode_statistics_are_recorded():
+    env = gymnasium.wrappers.RecordEpisodeStatistics(gymnasium.make(ID, omega_v=0.0))
+    env.reset(seed=1)
+    total, over = 0.0, False
+    while not over:
+        _, reward, terminated, truncated, info = env.step(env.action_space.sample())
+        total, over = total + reward, terminated or truncated
+    assert info["episode"]["r"] == pytest.approx(total)
 
 
 @pytest.mark.parametrize(
