@@ -128,7 +128,7 @@ impl Controller {
         };
         let damaged = |e: SafeTensorError| {
             error(format!(
-                "it is no safetensors file, or it is truncated ({e})"
+                "it is not a safetensors file, or it is truncated ({e})"
             ))
         };
         let (_, header) = SafeTensors::read_metadata(bytes).map_err(damaged)?;

@@ -129,7 +129,9 @@ impl CommandProfile {
                     .ok()
                     .filter(|v| v.is_finite())
                     .ok_or_else(|| {
-                        error(format!("line {line}: `{text}` is no number for `{name}`"))
+                        error(format!(
+                            "line {line}: `{text}` is not a number (column `{name}`)"
+                        ))
                     })
             };
             let point = (number(time, "time_s")?, number(omega_v, "omega_v")?);

@@ -109,7 +109,7 @@ impl RunFolder {
                 return Err(TrainingError::other(
                     &self.path,
                     format!(
-                        "holds a run already, of which {name} is a file; give another --out, or --resume to go on with it"
+                        "already holds a run ({name}); give another --out, or continue that run with --resume"
                     ),
                 ));
             }
@@ -128,7 +128,7 @@ impl RunFolder {
         if !file.exists() {
             return Err(TrainingError::other(
                 &self.path,
-                "is no run's folder: it has no config.toml".to_owned(),
+                "is not a run's folder: it has no config.toml".to_owned(),
             ));
         }
         Ok(Experiment::read(&file)?)
@@ -230,7 +230,7 @@ impl RunFolder {
             if !cut().map_err(io_error(&path))? {
                 return Err(TrainingError::other(
                     &path,
-                    "was edited since the checkpoint, whose end is now in the middle of a line; move it away to go on"
+                    "was edited since the checkpoint, which now ends in the middle of a line; move it away to continue"
                         .to_owned(),
                 ));
             }

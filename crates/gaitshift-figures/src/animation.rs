@@ -261,7 +261,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The one knob: the command as a slider.
+    /// The command, as a slider.
     fn draw_knob(&self, canvas: &mut Canvas, time_s: f64) {
         let (left, right, y) = (58.0, 258.0, 40.0);
         let place = |value: f64| left + self.knob.share(value) * (right - left);

@@ -72,8 +72,8 @@ reward_parameters! {
     /// terms do not. A value above 0 rescales |ΔE| to a period of that many seconds.
     energy_reference_period_s,
     /// *Not in the paper.* `ω_E` itself is divided by `1 + k max(ω_v, 0)`; this is `k`. 0 is the paper.
-    /// Above 0, energy is dear at low commands, which makes the walk slow and pendular, and cheap at
-    /// high ones, where dear energy keeps the learner from ever trying a flight phase.
+    /// Above 0, energy is expensive at low commands, which makes the walk slow and pendular, and cheap at
+    /// high ones, where expensive energy keeps the learner from ever trying a flight phase.
     energy_command_divisor,
     /// *Not in the paper.* The division above does not take `ω_E` below this, per J.
     omega_e_floor,

@@ -17,7 +17,7 @@ const STYLES: Styles = Styles::styled()
     .literal(AnsiColor::Cyan.on_default().bold())
     .placeholder(AnsiColor::Cyan.on_default());
 
-/// A biped with passive hips that walks, runs and changes gait on one knob.
+/// A biped with passive hips that walks, runs and changes gait on one command.
 ///
 /// One neural controller drives two linear actuators, one along each leg; the hips are passive. Its only
 /// command is ω_v, the weight of forward speed in the reward it was trained with: at 0 the body walks, at
@@ -33,7 +33,7 @@ const STYLES: Styles = Styles::styled()
 Start here:
   gaitshift demo                    see the shipped controller walk, run and change gait
   gaitshift evaluate                measure it over the whole range of its command
-  gaitshift train                   train such a controller from nothing
+  gaitshift train                   train such a controller from scratch
 
 Units are SI, angles in radians. Results go to standard output, progress and errors to standard error.
 Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted."
@@ -65,16 +65,16 @@ pub struct SubjectArguments {
 
     /// TOML file that changes the body, e.g. with the line `friction = 0.6`
     ///
-    /// Keys are those of the table `[body]` in a run's config.toml. What the file leaves out stays as the
-    /// controller was trained on.
+    /// Keys are those of the table `[body]` in a run's config.toml. What the file leaves out stays as in
+    /// the controller's training.
     #[arg(long, value_name = "FILE.toml")]
     pub body: Option<PathBuf>,
 
-    /// Draw the start at random with this seed [default: the default start, the same every time]
+    /// Random start, drawn with this seed [default: the default start, always the same]
     ///
     /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
-    /// the default start is the middle of these ranges with the right leg in front. Motions themselves
-    /// are free of chance: the controller acts without noise.
+    /// the default start is the middle of these ranges with the right leg in front. Nothing else is
+    /// random: the controller acts without noise.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
 }
@@ -101,26 +101,26 @@ pub struct DemoArguments {
     pub out: PathBuf,
 }
 
-/// Trains a controller from nothing with Soft Actor-Critic.
+/// Trains a controller from scratch with Soft Actor-Critic.
 ///
 /// A run is described by one TOML file: body, task, curriculum, learner. Recipes that come with the
 /// program: `fast` (the default), `paper` (schedule and settings of the paper, 10 million steps) and
 /// `journal` (those of its journal version). A file of your own needs only what differs from the recipe
 /// that its key `base` names; an unknown key is an error.
 ///
-/// Every few hundred thousand steps the controller is tried without noise on all commands and changes of
-/// gait, so that you see when it first walks and runs. Ctrl-C writes a checkpoint and stops.
+/// Every few hundred thousand steps the controller is evaluated without noise at all commands and changes
+/// of gait, so that you see when it first walks and runs. Ctrl-C writes a checkpoint and stops.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 The folder of a run:
-  config.toml               every value of the run, written out
-  controller.safetensors    the best controller so far; needs nothing else to run
-  controller-accepted.safetensors  the first that met every criterion, once there is one
+  config.toml               every setting of the run
+  controller.safetensors    the best controller so far; needs no other file
+  controller-accepted.safetensors  the first that met every criterion, if there is one
   controller-last.safetensors      the one at the last checkpoint
-  metrics.csv, events.out.tfevents.*   the course of training, also for `tensorboard --logdir runs`
+  metrics.csv, events.out.tfevents.*   progress of training, also for `tensorboard --logdir runs`
   episodes.csv, returns.svg, .png      every episode, and their returns as a figure
   evaluations.jsonl         every evaluation in full, one JSON object per line
-  checkpoint/               all that is needed to go on to the same bits
+  checkpoint/               everything needed to resume, to the same bits
   report.json               how the run ended
 
 Examples:
@@ -148,11 +148,11 @@ pub struct TrainArguments {
     )]
     pub seed: Option<u64>,
 
-    /// Folder of the run; must not hold one already [default: runs/NAME-SEED]
+    /// Folder of the run; must not contain a run yet [default: runs/NAME-SEED]
     #[arg(long, value_name = "DIR", conflicts_with = "resume")]
     pub out: Option<PathBuf>,
 
-    /// Go on with the run in this folder from its last checkpoint
+    /// Resume the run in this folder from its last checkpoint
     ///
     /// It ends with the same controller as if it had not been stopped.
     #[arg(long, value_name = "DIR", conflicts_with = "experiment")]
@@ -163,9 +163,9 @@ pub struct TrainArguments {
           value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
 
-    /// Stop, with a checkpoint to go on from, at about this environment step [default: the curriculum's end]
+    /// Stop at about this environment step, with a checkpoint to resume from [default: the curriculum's end]
     ///
-    /// The curriculum and all schedules stay as they are. Looked at every 2000 steps.
+    /// The curriculum and all schedules stay as they are. Checked every 2000 steps.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..))]
     pub steps: Option<u64>,
 
@@ -180,10 +180,11 @@ pub struct TrainArguments {
 
 /// Measures what a controller does under constant commands.
 ///
-/// One motion per command, one row per motion. After the settling time each motion is described by its gait (standing, walking, running, mixed or
-/// fallen), speed, Froude number v/√(g l), shares of time in double support, single support and flight,
-/// cost of transport, step frequency and step length. Walking takes alternating steps with double
-/// support and without flight, running the other way round; a step reaches from a touchdown to the next.
+/// One motion per command, one row per motion. After the settling time each motion is described by its
+/// gait (standing, walking, running, mixed or fallen), speed, Froude number v/√(g l), shares of time in
+/// double support, single support and flight, cost of transport, step frequency and step length. In a walk
+/// steps alternate and have double support and no flight; in a run they have flight and no double
+/// support. A step lasts from one touchdown to the next.
 ///
 /// With --json, standard output is {"rows": [{"omega_v", "survived_s", "fell", "gait", "speed_m_per_s",
 /// "froude", "double_support", "single_support", "flight", "cost_of_transport", "step_frequency_hz",
@@ -200,7 +201,7 @@ pub struct EvaluateArguments {
     #[command(flatten)]
     pub subject: SubjectArguments,
 
-    /// Commands ω_v, separated by commas, each from -100 to 100; trained for are -0.5 to 3.5
+    /// Commands ω_v, separated by commas, each from -100 to 100; training uses -0.5 to 3.5
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true,
           default_value = "0,0.5,1,1.5,2,2.5,3,3.5", value_parser = omega_v)]
     pub omega_v: Vec<f64>,
@@ -216,13 +217,13 @@ pub struct EvaluateArguments {
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = duration_s)]
     pub duration_s: Option<f64>,
 
-    /// Time in s at the beginning that is left out of the figures, at most half of the motion
+    /// Settling time in s at the start, not measured; at most half of the motion
     #[arg(long, value_name = "S", default_value = "5", allow_negative_numbers = true, value_parser = time_s)]
     pub settling_s: f64,
 
-    /// Judge by the whole list of criteria of a finished controller; exit code 1 if one is not met
+    /// Check all criteria of a finished controller; exit code 1 if one is not met
     ///
-    /// 20 s each at ω_v = 0 to 3.5 without a fall, a real walk at 0 and a real run at 3, speeds, costs of
+    /// 20 s without a fall at each ω_v from 0 to 3.5, a walk at 0 and a run at 3, speeds, costs of
     /// transport, energy correlations, and changes of gait from ten phases of the stride both ways.
     #[arg(long, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "seed", "out"])]
     pub criteria: bool,
@@ -236,13 +237,14 @@ pub struct EvaluateArguments {
     pub json: bool,
 }
 
-/// Changes the command within a motion and shows what becomes of the gait.
+/// Changes the command during a motion and shows how the gait changes.
 ///
-/// By default ω_v rises from 0 (walking) to 3 (running) in 0.4 s. The steady motion before the ramp is compared with that after it; of both, the first 5 s (at most
-/// half) are left out. `steps_to_change` counts the touchdowns from the beginning of the ramp up to the
-/// one that begins the first step from which on every step is of the new gait.
+/// By default ω_v rises from 0 (walking) to 3 (running) in 0.4 s. The steady motion before the ramp is
+/// compared with that after it, each without its first 5 s (at most half of it). `steps_to_change` counts
+/// the touchdowns from the start of the ramp up to the one that begins the first step from which on every
+/// step is of the new gait.
 ///
-/// Writes the figure in the manner of the paper's Fig. 3 (energies and speed against time, support
+/// Writes a figure like the paper's Fig. 3 (energies and speed against time, support
 /// phases shaded, the ramp hatched) and the recording. With --json, standard output is one JSON object,
 /// and files are written only into a folder given by --out.
 #[derive(Debug, Args)]
@@ -296,7 +298,7 @@ pub struct TransitionArguments {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
-    /// Print the figures as one JSON object on standard output
+    /// Print the values as one JSON object on standard output
     #[arg(long)]
     pub json: bool,
 }
@@ -337,7 +339,7 @@ pub struct RenderArguments {
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "25", value_parser = number)]
     pub fps: f64,
 
-    /// How many times slower than in reality the animation plays, 0.1 to 100
+    /// How many times slower than real time the animation plays, 0.1 to 100
     #[arg(long, value_name = "TIMES", default_value = "1", allow_negative_numbers = true, value_parser = number)]
     pub slow_motion: f64,
 
@@ -365,7 +367,7 @@ pub struct RenderArguments {
     pub poses: u16,
 }
 
-/// Describes recordings, whichever simulator wrote them, by the rules of `evaluate` and `transition`.
+/// Analyses recordings from any simulator, by the rules of `evaluate` and `transition`.
 ///
 /// With --json, standard output is {"rows": [{"recording", "controller", "omega_v", "survived_s", ...}]} as
 /// in `evaluate`, or with --transition {"transitions": [{"recording", "controller", "ramp_start_s",
@@ -384,7 +386,7 @@ pub struct AnalyseArguments {
     #[arg(long, conflicts_with = "settling_s")]
     pub transition: bool,
 
-    /// Time in s at the beginning that is left out of the figures, at most half of the motion
+    /// Settling time in s at the start, not measured; at most half of the motion
     #[arg(long, value_name = "S", default_value = "5", allow_negative_numbers = true, value_parser = time_s)]
     pub settling_s: f64,
 
@@ -393,7 +395,7 @@ pub struct AnalyseArguments {
     pub json: bool,
 }
 
-/// Writes body, controller or recording for other programs.
+/// Writes a body, controller or recording for other programs.
 #[derive(Debug, Args)]
 #[command(subcommand_value_name = "FORMAT", subcommand_help_heading = "Formats")]
 #[command(after_long_help = "\
@@ -412,7 +414,7 @@ pub struct ExportArguments {
 pub enum ExportFormat {
     /// The body as MJCF, for MuJoCo
     ///
-    /// The same masses, springs, dampers, actuators and joints; comments in the file say where contact differs.
+    /// The same masses, springs, dampers, actuators and joints; comments in the file say how contact differs.
     Mjcf {
         /// TOML file that changes the body, e.g. with the line `friction = 0.6`
         #[arg(long, value_name = "FILE.toml")]
@@ -427,7 +429,7 @@ pub enum ExportFormat {
     /// A controller's deterministic policy as ONNX
     ///
     /// In: `observation`, batch x 14 32-bit floats in SI units, not scaled. Out: `action`, batch x 2 in [-1, 1].
-    /// Names, units, control period, body and task stand in the file's metadata.
+    /// Names, units, control period, body and task are in the file's metadata.
     Onnx {
         /// Controller file (`controller.safetensors` of a run) [default: the shipped controller]
         #[arg(long, value_name = "FILE")]

@@ -37,7 +37,7 @@ pub fn run(arguments: &DemoArguments) -> Result<(), Failure> {
     let (walk, run) = (criteria.walking_omega_v, criteria.running_omega_v);
 
     output::line(&format!(
-        "{}, {STEADY_S} s at each command, figures from {SETTLING_S} s on",
+        "{}, {STEADY_S} s at each command, measured from {SETTLING_S} s on",
         subject.name
     ))?;
     let mut files = Vec::new();
@@ -90,7 +90,7 @@ fn stride(
     match render::write_stride(recording, STRIDE_AT_S, POSES, &path) {
         Err(Failure::Input(_)) => {
             output::note(&format!(
-                "no strobe picture {name}: it takes no whole stride"
+                "no picture {name}: the motion has no whole stride"
             ));
             Ok(Vec::new())
         }

@@ -49,7 +49,7 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
         return output::json(&Rows { rows: &rows });
     }
     output::line(&format!(
-        "{}, {}, figures from {} s on",
+        "{}, {}, measured from {} s on",
         subject.name,
         subject.start_name(),
         arguments.settling_s

@@ -77,7 +77,7 @@ fn body_and_task(
 fn put_binary(bytes: &[u8], out: Option<&Path>) -> Result<(), Failure> {
     if out.is_none() && io::stdout().is_terminal() {
         return Err(Failure::input(
-            "this format is no text; name a file with --out FILE, or redirect standard output",
+            "this format is binary; give a file with --out FILE, or redirect standard output",
         ));
     }
     put(bytes, out)

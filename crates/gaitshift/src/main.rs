@@ -1,4 +1,4 @@
-//! The program `gaitshift`: train a passive-hipped biped to walk, run and change gait on one knob,
+//! The program `gaitshift`: train a passive-hipped biped to walk, run and change gait on one command,
 //! measure what a controller does, and look at it.
 //!
 //! `main` parses and dispatches; each command is a module that prepares what its user asked for, calls

@@ -94,7 +94,7 @@ fn places(a: &RenderArguments) -> Result<Places, Failure> {
         && let Some(ending) = names_a_file(out)
     {
         return Err(Failure::input(format!(
-            "{}: no picture is written as .{ending}; give a file ending in .gif (animation), .svg or .png \
+            "{}: cannot write a picture as .{ending}; give a file ending in .gif (animation), .svg or .png \
              (stride), or a folder, with a `/` at its end if it is called so",
             out.display()
         )));

@@ -41,7 +41,7 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
     let controller = folder.join(name);
     if !report.finished {
         output::note(&format!(
-            "stopped with a checkpoint; go on with: gaitshift train --resume {}",
+            "stopped with a checkpoint; resume with: gaitshift train --resume {}",
             folder.display()
         ));
     }
@@ -122,7 +122,7 @@ fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
         if seen.swap(true, Ordering::SeqCst) {
             std::process::exit(130);
         }
-        output::note("stopping after a checkpoint; once more to stop at once");
+        output::note("stopping after a checkpoint; press Ctrl-C again to stop at once");
     })
     .map_err(Failure::run)?;
     Ok(interrupted)

@@ -125,7 +125,7 @@ pub fn describe(s: &TransitionSummary) -> Vec<String> {
     };
     let gait = |gait: Option<GaitClass>| gait.map_or_else(|| "-".to_owned(), |g| g.to_string());
     let fate = if s.survived {
-        format!("stayed up to the end ({:.1} s)", s.survived_s)
+        format!("upright to the end ({:.1} s)", s.survived_s)
     } else {
         format!("fell at {:.2} s", s.survived_s)
     };
