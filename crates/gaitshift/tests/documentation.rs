@@ -1,6 +1,10 @@
-//! Contract: docs/deviations.md explains every key of an experiment. Two keys were added without a line there.
+//! Contract: docs/deviations.md explains every key of an experiment (two keys were added without a line there), and the
+//! commands that README.md and docs/ show are ones that the program takes.
 
+mod common;
+use common::Place;
 use gaitshift_experiment::Experiment;
+use std::path::Path;
 use toml::{Table, Value};
 
 const PAGE: &str = include_str!("../../../docs/deviations.md");
@@ -37,4 +41,37 @@ fn every_key_has_its_line() {
             || key.starts_with("learner.rehearsal");
         assert!(explained, "docs/deviations.md has no line about `{key}`");
     }
+}
+
+/// Lines of code blocks, fenced or indented, that call the program, without their comments.
+fn commands(page: &str) -> Vec<&str> {
+    let mut fenced = false;
+    let in_code = |line: &&str| {
+        fenced ^= line.starts_with("```");
+        fenced || line.starts_with("    ")
+    };
+    let calls = page.lines().filter(in_code).map(str::trim);
+    let calls = calls.filter(|line| line.starts_with("gaitshift "));
+    calls
+        .map(|line| line.split(" #").next().unwrap_or(line).trim_end())
+        .collect()
+}
+
+/// With `--help` at the end, all options before it are parsed, and nothing runs.
+#[test]
+fn every_command_line_of_the_documentation_is_one_that_the_program_takes() {
+    let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let docs = std::fs::read_dir(repository.join("docs")).unwrap();
+    let pages = docs.map(|entry| entry.unwrap().path());
+    let pages = pages.filter(|path| path.extension().is_some_and(|e| e == "md"));
+    let place = Place::new();
+    let mut seen = 0;
+    for page in pages.chain([repository.join("README.md")]) {
+        for line in commands(&std::fs::read_to_string(&page).unwrap()) {
+            let arguments = line.trim_start_matches("gaitshift ");
+            place.stdout(&format!("{arguments} --help"));
+            seen += 1;
+        }
+    }
+    assert!(seen > 15, "{seen}");
 }
