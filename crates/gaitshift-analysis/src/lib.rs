@@ -8,6 +8,7 @@
 //! - [`gait`]: walking, running, standing or neither, with the figures the verdict rests on;
 //! - [`cost`]: cost of transport (8) and Froude number;
 //! - [`energy`]: how kinetic, gravitational and elastic energy move relative to each other;
+//! - [`recent`]: what a motion is just now, for whoever watches it;
 //! - [`summary`] and [`transition`]: all of it for a steady motion and for a change of gait;
 //! - [`statistics`]: means, intervals and correlations, also for comparing many runs.
 //!
@@ -17,6 +18,7 @@
 pub mod cost;
 pub mod energy;
 pub mod gait;
+pub mod recent;
 pub mod recording;
 pub mod statistics;
 pub mod steps;
@@ -25,6 +27,7 @@ pub mod support;
 pub mod transition;
 
 pub use gait::{GaitClass, GaitRule};
+pub use recent::{Recent, recent};
 pub use recording::{Recording, RecordingMetadata, Side, Window};
 pub use summary::{AnalysisOptions, GaitSummary, summarise};
 pub use transition::{TransitionOptions, TransitionSummary, summarise_transition};

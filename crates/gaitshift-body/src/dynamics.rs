@@ -216,6 +216,19 @@ impl Body {
     /// Accelerations in a state under actuator forces in N (not limited here).
     #[inline]
     pub fn accelerations(&self, s: &BodyState, actuator_n: [f64; 2]) -> Accelerations {
+        self.accelerations_under(s, actuator_n, None)
+    }
+
+    /// [`Body::accelerations`] with an external force on the hip axis, forward and up, in N.
+    ///
+    /// It acts at the axis, so that it has no moment about it: it enters the hip's 2×2 system alone.
+    #[inline(always)]
+    fn accelerations_under(
+        &self,
+        s: &BodyState,
+        actuator_n: [f64; 2],
+        push_n: Option<[f64; 2]>,
+    ) -> Accelerations {
         let p = &self.parameters;
         let mut out = Accelerations::default();
         // Per leg: e, n, moments, and its part of the hip's 2×2 system.
@@ -266,6 +279,10 @@ impl Body {
         m[0] += p.hip_mass_kg;
         m[2] += p.hip_mass_kg;
         let mut b = [rhs[0][0] + rhs[1][0], rhs[0][1] + rhs[1][1]];
+        if let Some(push_n) = push_n {
+            b[0] += push_n[0];
+            b[1] += push_n[1];
+        }
         let offset = p.hip_mass_kg * p.hip_com_height_m;
         let mut inertia = p.hip_inertia_kg_m2;
         let mut k = (0.0, 0.0);
@@ -337,6 +354,32 @@ impl Body {
         steps: u32,
         account: &mut EnergyAccount,
     ) -> AdvanceReport {
+        self.advance_under(s, command, None, steps, account)
+    }
+
+    /// [`Body::advance`] while an external force, forward and up in N, pushes the hip axis. Its work is booked
+    /// as [`EnergyAccount::external_work`].
+    pub fn advance_pushed(
+        &self,
+        s: &mut BodyState,
+        command: [f64; 2],
+        push_n: [f64; 2],
+        steps: u32,
+        account: &mut EnergyAccount,
+    ) -> AdvanceReport {
+        self.advance_under(s, command, Some(push_n), steps, account)
+    }
+
+    /// Inlined into both of its callers, so that a body that nobody pushes computes nothing for it.
+    #[inline(always)]
+    fn advance_under(
+        &self,
+        s: &mut BodyState,
+        command: [f64; 2],
+        push_n: Option<[f64; 2]>,
+        steps: u32,
+        account: &mut EnergyAccount,
+    ) -> AdvanceReport {
         let p = &self.parameters;
         let dt = p.time_step_s;
         let limit = |c: f64| c.clamp(-1.0, 1.0) * p.actuator_force_n;
@@ -346,10 +389,15 @@ impl Body {
             ..AdvanceReport::default()
         };
         for _ in 0..steps {
-            let a = self.accelerations(s, force);
+            let a = self.accelerations_under(s, force, push_n);
             let old = *s;
             step_semi_implicit(s, &a, dt);
             self.book(&old, s, &a, dt, account);
+            if let Some([forward_n, up_n]) = push_n {
+                account.external_work += (forward_n * 0.5 * (old.x_dot + s.x_dot)
+                    + up_n * 0.5 * (old.z_dot + s.z_dot))
+                    * dt;
+            }
             for i in 0..2 {
                 report.normal_n[i] += a.forces[i].contact.normal_n;
                 report.tangential_n[i] += a.forces[i].contact.tangential_n;

@@ -62,6 +62,14 @@ pub struct EnergyAccount {
     pub contact_normal: f64,
     /// Dissipated by friction.
     pub friction: f64,
+    /// Work of external forces on the hip, where there were any.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub external_work: f64,
+}
+
+/// Nothing pushes a body in training: its checkpoints stay as they were.
+fn is_zero(work_j: &f64) -> bool {
+    *work_j == 0.0
 }
 
 impl EnergyAccount {

@@ -137,6 +137,54 @@ fn the_energy_account_closes() {
 }
 
 #[test]
+fn a_push_on_the_hip_is_accounted_for_and_moves_the_whole_body() {
+    // In flight momentum grows by the impulse (up to the step); on the ground the energy account closes with the push's work.
+    let body = undamped(1e-4, 0.05);
+    let mut s = tumbling();
+    let before = body.momentum(&s);
+    let mut account = EnergyAccount::default();
+    let energy_j = body.energy(&s).stored();
+    body.advance_pushed(&mut s, [0.0; 2], [80.0, -30.0], 1000, &mut account);
+    let after = body.momentum(&s);
+    let weight_n = body.parameters().total_mass_kg() * body.parameters().gravity_m_per_s2;
+    assert!((after.x - before.x - 8.0).abs() < 0.01);
+    assert!((after.z - before.z - 0.1 * (-30.0 - weight_n)).abs() < 0.05);
+    assert!(account.external_work.abs() > 1.0);
+    let residual_j = body.energy(&s).stored() - energy_j - account.external_work;
+    assert!(residual_j.abs() < 0.02, "{residual_j} J");
+
+    let body = Body::new(BodyParameters {
+        time_step_s: 1e-5,
+        ..BodyParameters::default()
+    })
+    .unwrap();
+    let mut s = BodyState::with_leg_angles(&body, [0.2, -0.2]);
+    let energy_j = body.energy(&s).stored();
+    let mut account = EnergyAccount::default();
+    body.advance_pushed(&mut s, [0.2, 0.1], [150.0, 0.0], 20_000, &mut account);
+    let residual_j = body.energy(&s).stored() - energy_j - account.work() - account.external_work
+        + account.dissipated();
+    let exchanged_j = account.external_work + account.dissipated();
+    assert!(account.external_work > 5.0);
+    assert!(
+        residual_j.abs() < 2e-3 * exchanged_j,
+        "{residual_j} J of {exchanged_j} J"
+    );
+}
+
+#[test]
+fn no_push_and_a_push_of_nothing_move_alike_and_are_not_written_down() {
+    let body = Body::new(BodyParameters::default()).unwrap();
+    let start = BodyState::with_leg_angles(&body, [0.3, -0.2]);
+    let (mut plain, mut pushed) = (start, start);
+    let (mut account, mut pushed_account) = <(EnergyAccount, EnergyAccount)>::default();
+    body.advance(&mut plain, [0.4, -0.3], 500, &mut account);
+    body.advance_pushed(&mut pushed, [0.4, -0.3], [0.0; 2], 500, &mut pushed_account);
+    assert_eq!(plain, pushed);
+    assert_eq!(account, pushed_account);
+}
+
+#[test]
 fn every_dissipation_is_positive() {
     let (_, a, _, _) = hop(&Body::new(BodyParameters::default()).unwrap(), 1.5);
     for (name, loss) in [

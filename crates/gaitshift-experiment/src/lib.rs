@@ -13,6 +13,7 @@ mod rollout;
 mod run_folder;
 mod schedule;
 mod shipped;
+mod simulation;
 mod tensorboard;
 mod training;
 
@@ -27,5 +28,6 @@ pub use rehearsal::{RehearsalParameters, best_walk};
 pub use rollout::{Control, Rollout};
 pub use run_folder::TrainingError;
 pub use schedule::{Course, Schedule};
+pub use simulation::Simulation;
 pub use tensorboard::EventWriter;
 pub use training::{Observer, Parts, Progress, RunReport, Training, task_mirror};

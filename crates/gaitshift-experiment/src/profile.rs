@@ -96,6 +96,16 @@ impl CommandProfile {
         Some((self.points[leaves - 1].0, self.points[arrives].0))
     }
 
+    /// The text of the CSV file that [`CommandProfile::read_csv`] reads back to the same bits.
+    pub fn to_csv(&self) -> String {
+        let mut text = String::from("time_s,omega_v\n");
+        for (time_s, omega_v) in &self.points {
+            // Debug is the shortest form that reads back to the same bits.
+            text.push_str(&format!("{time_s:?},{omega_v:?}\n"));
+        }
+        text
+    }
+
     /// Reads a CSV file with the columns `time_s` and `omega_v`, in any order.
     ///
     /// # Errors

@@ -135,7 +135,27 @@ impl Environment {
         command: [f64; 2],
     ) -> StepOutcome {
         let steps = task.steps_per_period(body.parameters());
-        self.step_in_parts(body, task, reward, &[(command, steps)])
+        self.step_in_parts(body, task, reward, &[(command, steps)], None)
+    }
+
+    /// [`Environment::step`] while an external force, forward and up in N, pushes the hip axis.
+    pub fn step_pushed(
+        &mut self,
+        body: &Body,
+        task: &TaskParameters,
+        reward: &RewardParameters,
+        command: [f64; 2],
+        push_n: [f64; 2],
+    ) -> StepOutcome {
+        let steps = task.steps_per_period(body.parameters());
+        self.step_in_parts(body, task, reward, &[(command, steps)], Some(push_n))
+    }
+
+    /// Goes on with another body in the same state. The account begins anew, and what the change did to the
+    /// energy is no part of the next reward.
+    pub fn change_body(&mut self, body: &Body) {
+        self.energy_j = body.energy(&self.state).total();
+        self.account = EnergyAccount::default();
     }
 
     /// Advances one control period in which commands follow each other, each held for its number of
@@ -146,12 +166,17 @@ impl Environment {
         task: &TaskParameters,
         reward: &RewardParameters,
         parts: &[([f64; 2], u32)],
+        push_n: Option<[f64; 2]>,
     ) -> StepOutcome {
         let before = self.account;
         let mut report = AdvanceReport::default();
         let mut done = 0;
         for &(command, steps) in parts.iter().filter(|(_, steps)| *steps > 0) {
-            let next = body.advance(&mut self.state, command, steps, &mut self.account);
+            let (state, account) = (&mut self.state, &mut self.account);
+            let next = match push_n {
+                None => body.advance(state, command, steps, account),
+                Some(push_n) => body.advance_pushed(state, command, push_n, steps, account),
+            };
             report = if done == 0 {
                 next
             } else {
@@ -464,7 +489,7 @@ impl Lane {
                 let (part, early, late) = conditions.delay(command, steps);
                 conditions.sense(&mut episode.rng);
                 let parts = [(early, part), (late, steps - part)];
-                environment.step_in_parts(body, task, &settings.reward, &parts)
+                environment.step_in_parts(body, task, &settings.reward, &parts, None)
             }
         };
         outcome.terms.symmetry = symmetry;

@@ -1,0 +1,148 @@
+//! A controller on a body, moved one control period at a time: what rollouts record and what is shown live.
+
+use crate::rollout::Control;
+use gaitshift_analysis::recording::RecordingMetadata;
+use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT};
+use gaitshift_task::{
+    ACTION_SIZE, EndReason, Environment, OBSERVATION_SIZE, RewardTerms, TaskParameters,
+    scale_observation,
+};
+
+/// A motion under way. Its time limit is not applied: it goes on until the body falls.
+#[derive(Debug, Clone)]
+pub struct Simulation {
+    body: Body,
+    task: TaskParameters,
+    environment: Environment,
+    periods: u64,
+    action: [f32; ACTION_SIZE],
+    report: AdvanceReport,
+    terms: RewardTerms,
+}
+
+impl Simulation {
+    /// A motion that begins in `start` under the command `omega_v`.
+    pub fn new(body: &Body, task: &TaskParameters, start: BodyState, omega_v: f64) -> Self {
+        let mut task = task.clone();
+        task.termination.time_limit_s = f64::INFINITY;
+        let contact = [RIGHT, LEFT].map(|i| body.foot_contact(&start, i));
+        Self {
+            environment: Environment::new(body, start, omega_v),
+            body: body.clone(),
+            task,
+            periods: 0,
+            action: [0.0; ACTION_SIZE],
+            report: AdvanceReport {
+                normal_n: contact.map(|c| c.normal_n),
+                tangential_n: contact.map(|c| c.tangential_n),
+                ..AdvanceReport::default()
+            },
+            terms: RewardTerms::default(),
+        }
+    }
+
+    /// What a recording of this motion says about itself, as long as the body is up.
+    pub fn metadata(&self, controller: &str, seed: u64) -> RecordingMetadata {
+        let p = self.body.parameters();
+        RecordingMetadata {
+            control_period_s: self.task.control_period_s,
+            total_mass_kg: p.total_mass_kg(),
+            gravity_m_per_s2: p.gravity_m_per_s2,
+            leg_length_m: p.leg_length_m,
+            body: serde_json::to_value(p).unwrap_or_default(),
+            controller: controller.to_owned(),
+            seed,
+            fell: false,
+            ended_by: EndReason::TimeLimit.name().to_owned(),
+        }
+    }
+
+    /// The body that moves.
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// Its state.
+    pub fn state(&self) -> &BodyState {
+        &self.environment.state
+    }
+
+    /// Time since the start, in s: when the next control period begins.
+    pub fn time_s(&self) -> f64 {
+        self.periods as f64 * self.task.control_period_s
+    }
+
+    /// Length of a control period, in s.
+    pub fn control_period_s(&self) -> f64 {
+        self.task.control_period_s
+    }
+
+    /// Moves one control period under the command `omega_v`, while a force, forward and up in N, pushes the hip.
+    /// Gives the reason if the body fell; after a divergence there is no row to be had.
+    pub fn step(
+        &mut self,
+        omega_v: f64,
+        push_n: Option<[f64; 2]>,
+        control: &mut impl Control,
+    ) -> Option<EndReason> {
+        let environment = &mut self.environment;
+        environment.omega_v = omega_v;
+        let mut scaled = [0.0; OBSERVATION_SIZE];
+        scale_observation(&environment.observation(), &mut scaled);
+        control.act(&scaled, &mut self.action);
+        let command = self.action.map(f64::from);
+        let (body, task) = (&self.body, &self.task);
+        let outcome = match push_n {
+            None => environment.step(body, task, &task.reward, command),
+            Some(push_n) => environment.step_pushed(body, task, &task.reward, command, push_n),
+        };
+        self.periods += 1;
+        self.report = outcome.report;
+        self.terms = outcome.terms;
+        outcome.ended
+    }
+
+    /// Goes on with another body in the same state; works and losses are counted anew.
+    pub fn change_body(&mut self, body: Body) {
+        self.environment.change_body(&body);
+        self.body = body;
+    }
+
+    /// The row of the present time, in the order of `gaitshift_analysis::recording::COLUMNS`.
+    pub fn row(&self, row: &mut Vec<f64>) {
+        let (environment, report, terms) = (&self.environment, &self.report, &self.terms);
+        let s = &environment.state;
+        let (energy, account) = (self.body.energy(s), &environment.account);
+        row.clear();
+        row.extend([self.time_s(), environment.omega_v, s.x, s.z, s.theta]);
+        row.extend([s.x_dot, s.z_dot, s.theta_dot]);
+        for i in [RIGHT, LEFT] {
+            let leg = &s.legs[i];
+            row.extend([s.phi(i), leg.thigh, leg.d(), leg.w()]);
+            row.extend([s.phi_dot(i), leg.thigh_dot, leg.d_dot(), leg.w_dot()]);
+        }
+        row.extend(self.action.map(f64::from));
+        for i in [RIGHT, LEFT] {
+            row.extend([
+                report.actuator_n[i],
+                report.normal_n[i],
+                report.tangential_n[i],
+            ]);
+        }
+        row.extend([energy.kinetic, energy.gravitational]);
+        row.extend([energy.hip_springs, energy.leg_springs(), energy.elastic()]);
+        row.extend([energy.contact, energy.stops]);
+        row.extend([account.work(), account.positive_work()]);
+        row.extend([account.dampers(), account.contact(), account.stops]);
+        row.extend([
+            terms.sum(),
+            terms.energy,
+            terms.velocity,
+            terms.forward,
+            terms.alive,
+            terms.leg,
+            terms.friction,
+            terms.work,
+        ]);
+    }
+}

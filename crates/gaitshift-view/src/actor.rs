@@ -1,0 +1,212 @@
+//! One controller on one body: its motion under way and its latest rows.
+
+use crate::history::History;
+use gaitshift_analysis::recording::{COLUMNS, Recording};
+use gaitshift_body::{Body, BodyParameters, BodyState, ParameterError};
+use gaitshift_experiment::{Controller, Deterministic, Simulation};
+use gaitshift_task::{EndReason, Environment};
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::collections::VecDeque;
+
+/// Rows kept for recordings, films and analyses: a minute at the default control period.
+const MOST_ROWS: usize = 6000;
+
+/// A controller and the body it moves, as asked for.
+#[derive(Debug, Clone)]
+pub struct Cast {
+    /// The controller.
+    pub controller: Controller,
+    /// The body, which may differ from the one it was trained on.
+    pub body: Body,
+    /// What the page and recordings call it.
+    pub name: String,
+    /// Range of the command it was trained for.
+    pub trained: [f64; 2],
+    /// Seed that draws the start; `None` for the default start.
+    pub seed: Option<u64>,
+}
+
+impl Cast {
+    fn start(&self, body: &Body) -> BodyState {
+        match self.seed {
+            Some(seed) => {
+                let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+                Environment::random_start(body, &self.controller.task, None, &mut rng)
+            }
+            None => Environment::default_start(body, &self.controller.task),
+        }
+    }
+}
+
+/// A cast in motion.
+#[derive(Debug)]
+pub(crate) struct Actor {
+    pub cast: Cast,
+    /// The body as the sliders have it.
+    body: Body,
+    simulation: Simulation,
+    rows: VecDeque<f64>,
+    row: Vec<f64>,
+    pub history: History,
+    push: Option<Push>,
+    fell: Option<EndReason>,
+}
+
+/// A force on the hip, forward and up in N, for so many more control periods.
+#[derive(Debug, Clone, Copy)]
+struct Push {
+    force_n: [f64; 2],
+    periods: u32,
+}
+
+impl Actor {
+    pub fn new(cast: Cast, omega_v: f64) -> Self {
+        let body = cast.body.clone();
+        let start = cast.start(&body);
+        let simulation = Simulation::new(&body, &cast.controller.task, start, omega_v);
+        let mut actor = Self {
+            cast,
+            body,
+            simulation,
+            rows: VecDeque::new(),
+            row: Vec::new(),
+            history: History::default(),
+            push: None,
+            fell: None,
+        };
+        actor.keep_row();
+        actor
+    }
+
+    /// Begins again from the start, on the body as it is now.
+    pub fn restart(&mut self, omega_v: f64) {
+        let start = self.cast.start(&self.body);
+        let task = &self.cast.controller.task;
+        self.simulation = Simulation::new(&self.body, task, start, omega_v);
+        self.rows.clear();
+        self.history = History::default();
+        let changed = self.body.parameters() != self.cast.body.parameters();
+        if changed {
+            self.history
+                .remark("the body differs from the one the program was given".to_owned());
+        }
+        self.push = None;
+        self.fell = None;
+        self.keep_row();
+    }
+
+    /// Moves one control period; nothing if it has fallen. Gives whether it moved.
+    pub fn step(&mut self, omega_v: f64) -> bool {
+        if self.fell.is_some() {
+            return false;
+        }
+        self.history.push(self.simulation.time_s(), omega_v);
+        let force_n = self.push.map(|push| push.force_n);
+        if let Some(push) = &mut self.push {
+            push.periods -= 1;
+            if push.periods == 0 {
+                self.push = None;
+            }
+        }
+        let policy = &mut self.cast.controller.policy;
+        let ended = self
+            .simulation
+            .step(omega_v, force_n, &mut Deterministic(policy));
+        self.fell = ended;
+        if ended != Some(EndReason::Diverged) {
+            self.keep_row();
+        }
+        true
+    }
+
+    fn keep_row(&mut self) {
+        self.simulation.row(&mut self.row);
+        if self.rows.len() >= MOST_ROWS * COLUMNS.len() {
+            self.rows.drain(..COLUMNS.len());
+        }
+        self.rows.extend(&self.row);
+    }
+
+    /// Pushes the hip with a force, forward and up in N, from the next control period on.
+    pub fn push(&mut self, force_n: [f64; 2], duration_s: f64) {
+        let periods = (duration_s / self.simulation.control_period_s()).round();
+        let periods = periods.max(1.0) as u32;
+        self.push = Some(Push { force_n, periods });
+        self.history.remark(format!(
+            "pushed at {} s with {} N forward and {} N up for {} s",
+            self.simulation.time_s(),
+            force_n[0],
+            force_n[1],
+            f64::from(periods) * self.simulation.control_period_s()
+        ));
+    }
+
+    /// Force on the hip now, in N.
+    pub fn pushed_n(&self) -> [f64; 2] {
+        self.push.map_or([0.0; 2], |push| push.force_n)
+    }
+
+    /// Goes on with other parameters of the body in the same state. Rows before the change are given up, since a
+    /// recording is of one body.
+    ///
+    /// # Errors
+    /// The first parameter out of range; nothing has changed then.
+    pub fn change_body(&mut self, parameters: BodyParameters) -> Result<(), ParameterError> {
+        let body = Body::new(parameters)?;
+        self.body = body.clone();
+        self.simulation.change_body(body);
+        self.history.remark(format!(
+            "the body was changed at {} s",
+            self.simulation.time_s()
+        ));
+        self.rows.clear();
+        self.keep_row();
+        Ok(())
+    }
+
+    pub fn parameters(&self) -> &BodyParameters {
+        self.body.parameters()
+    }
+
+    pub fn fell(&self) -> Option<EndReason> {
+        self.fell
+    }
+
+    pub fn time_s(&self) -> f64 {
+        self.simulation.time_s()
+    }
+
+    pub fn control_period_s(&self) -> f64 {
+        self.simulation.control_period_s()
+    }
+
+    /// The latest row, in the order of the recording's columns.
+    pub fn row(&self) -> &[f64] {
+        &self.row
+    }
+
+    /// The last `rows` rows as a recording.
+    pub fn recording(&self, rows: usize) -> Recording {
+        let mut metadata = self
+            .simulation
+            .metadata(&self.cast.name, self.cast.seed.unwrap_or(0));
+        if let Some(ended) = self.fell {
+            metadata.fell = true;
+            metadata.ended_by = ended.name().to_owned();
+        }
+        let mut recording = Recording::new(metadata);
+        let width = COLUMNS.len();
+        let kept = self.rows.len() / width;
+        let mut row = Vec::with_capacity(width);
+        for k in kept.saturating_sub(rows)..kept {
+            row.clear();
+            row.extend(self.rows.range(k * width..(k + 1) * width));
+            // A row that no recording can hold ends it; the motion has diverged there.
+            if recording.push_row(&row).is_err() {
+                break;
+            }
+        }
+        recording
+    }
+}

@@ -1,0 +1,311 @@
+//! One or two bipeds under one slider, moved in steps of the control period. Knows no network and no clock.
+
+use crate::actor::{Actor, Cast};
+use crate::history::History;
+use gaitshift_analysis::recording::{Recording, column};
+use gaitshift_analysis::support::{Support, SupportPhase};
+use gaitshift_analysis::{GaitClass, GaitRule, recent};
+use gaitshift_body::{BodyParameters, ParameterError};
+use serde::Serialize;
+
+/// Largest |ω_v| of the slider, as everywhere in the program.
+const OMEGA_V_MAX: f64 = 100.0;
+/// Duration of the ready-made changes' ramps, and of the run between them, in s.
+const RAMP_S: f64 = 0.4;
+const RUN_S: f64 = 6.0;
+/// How long a body that fell lies before it starts again, in s of its own time.
+const LIES_S: f64 = 1.5;
+/// Time that the live figures and support phases are taken from, in s.
+pub(crate) const SHOWN_S: f64 = 8.0;
+/// Most rows that the live figures are taken from.
+const MOST_ANALYSED: usize = 2000;
+/// Largest force and longest duration of a push, in N and s.
+const PUSH_MAX_N: f64 = 2000.0;
+const PUSH_MAX_S: f64 = 2.0;
+
+/// What is on the stage.
+#[derive(Debug)]
+pub struct Stage {
+    pub(crate) actors: Vec<Actor>,
+    omega_v: f64,
+    /// Commands to come, one for each control period, the next one last.
+    planned: Vec<f64>,
+    lying_periods: u32,
+    /// Counts starts and changes of bodies, so that the page does not join what does not belong together.
+    pub(crate) epoch: u32,
+}
+
+/// A biped just now, as the page shows it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Now {
+    pub gait: GaitClass,
+    pub time_s: f64,
+    pub speed_m_per_s: Option<f64>,
+    pub froude: Option<f64>,
+    pub cost_of_transport: Option<f64>,
+    /// Kind, begin and end in s: 0 double support, 1 right, 2 left, 3 flight.
+    pub phases: Vec<(u8, f64, f64)>,
+}
+
+/// A ready-made change of the command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Change {
+    Run,
+    Walk,
+    Round,
+}
+
+impl Stage {
+    /// One or two casts at their starts. More than two are cut, and there must be one.
+    pub fn new(casts: Vec<Cast>) -> Self {
+        let omega_v = 0.0;
+        let actors = casts.into_iter().take(2);
+        Self {
+            actors: actors.map(|cast| Actor::new(cast, omega_v)).collect(),
+            omega_v,
+            planned: Vec::new(),
+            lying_periods: 0,
+            epoch: 0,
+        }
+    }
+
+    /// Control period of the stage in s: that of the first biped. A second one with another period is refused by
+    /// whoever builds the stage.
+    pub fn control_period_s(&self) -> f64 {
+        self.actors.first().map_or(0.01, Actor::control_period_s)
+    }
+
+    /// The command of the slider.
+    pub fn omega_v(&self) -> f64 {
+        self.omega_v
+    }
+
+    /// Moves the slider; ends a ready-made change.
+    ///
+    /// # Errors
+    /// A command that no motion takes.
+    pub fn set_omega_v(&mut self, omega_v: f64) -> Result<(), String> {
+        if !(omega_v.abs() <= OMEGA_V_MAX) {
+            return Err(format!(
+                "omega_v is {omega_v}, but it must be from -{OMEGA_V_MAX} to {OMEGA_V_MAX}"
+            ));
+        }
+        self.planned.clear();
+        // Adding 0 turns -0 into 0, which is how it comes back from a profile.
+        self.omega_v = omega_v + 0.0;
+        Ok(())
+    }
+
+    pub(crate) fn change(&mut self, change: Change) {
+        let period = self.control_period_s();
+        let count = |seconds: f64| (seconds / period).round().max(1.0) as usize;
+        let mut commands = Vec::new();
+        let mut from = self.omega_v;
+        let mut ramp_to = |commands: &mut Vec<f64>, to: f64| {
+            let periods = count(RAMP_S);
+            let at = |k: usize| from + (to - from) * k as f64 / periods as f64;
+            commands.extend((1..periods).map(at));
+            commands.push(to);
+            from = to;
+        };
+        match change {
+            Change::Run => ramp_to(&mut commands, 3.0),
+            Change::Walk => ramp_to(&mut commands, 0.0),
+            Change::Round => {
+                ramp_to(&mut commands, 3.0);
+                commands.resize(commands.len() + count(RUN_S), 3.0);
+                ramp_to(&mut commands, 0.0);
+            }
+        }
+        commands.reverse();
+        self.planned = commands;
+    }
+
+    /// Moves everything one control period. Gives whether anything began anew.
+    pub fn step(&mut self) -> bool {
+        if self.actors.iter().any(|actor| actor.fell().is_some()) {
+            self.lying_periods += 1;
+            if f64::from(self.lying_periods) * self.control_period_s() >= LIES_S {
+                self.restart();
+                return true;
+            }
+        }
+        if let Some(omega_v) = self.planned.pop() {
+            self.omega_v = omega_v;
+        }
+        for actor in &mut self.actors {
+            actor.step(self.omega_v);
+        }
+        false
+    }
+
+    /// Everything begins again from the start, on the bodies as they are.
+    pub fn restart(&mut self) {
+        self.lying_periods = 0;
+        self.epoch += 1;
+        for actor in &mut self.actors {
+            actor.restart(self.omega_v);
+        }
+    }
+
+    /// Pushes every hip with a force, forward and up in N, for a time in s.
+    ///
+    /// # Errors
+    /// A push beyond 2000 N or 2 s.
+    pub fn push(&mut self, force_n: [f64; 2], duration_s: f64) -> Result<(), String> {
+        let size = force_n[0].hypot(force_n[1]);
+        if !(size <= PUSH_MAX_N) || !(duration_s > 0.0 && duration_s <= PUSH_MAX_S) {
+            return Err(format!(
+                "a push has at most {PUSH_MAX_N} N and lasts at most {PUSH_MAX_S} s; this one has {size} N for {duration_s} s"
+            ));
+        }
+        for actor in &mut self.actors {
+            actor.push(force_n, duration_s);
+        }
+        Ok(())
+    }
+
+    /// Changes parameters of the first body by name, at once; with an empty list it becomes what it was.
+    ///
+    /// # Errors
+    /// An unknown name or a value out of range; nothing has changed then.
+    pub fn change_body(&mut self, values: &[(String, f64)]) -> Result<(), String> {
+        let Some(actor) = self.actors.first_mut() else {
+            return Ok(());
+        };
+        let parameters = if values.is_empty() {
+            actor.cast.body.parameters().clone()
+        } else {
+            overlay(actor.parameters(), values)?
+        };
+        if parameters.time_step_s != actor.parameters().time_step_s {
+            return Err("time_step_s is fixed while the body moves".to_owned());
+        }
+        actor
+            .change_body(parameters)
+            .map_err(|e: ParameterError| e.to_string())?;
+        self.epoch += 1;
+        Ok(())
+    }
+
+    /// Puts the first controller on the stage twice, the second time on the body as it was given, or takes that away.
+    pub fn compare(&mut self, on: bool) {
+        if on && self.actors.len() == 1 {
+            let second = Cast {
+                name: format!("{}, body as given", self.actors[0].cast.name),
+                ..self.actors[0].cast.clone()
+            };
+            self.actors.push(Actor::new(second, self.omega_v));
+        } else if !on {
+            self.actors.truncate(1);
+        }
+        self.restart();
+    }
+
+    /// Another controller on the stage, on its own body.
+    pub fn recast(&mut self, cast: Cast) {
+        self.actors = vec![Actor::new(cast, self.omega_v)];
+        self.restart();
+    }
+
+    /// Number of bipeds.
+    pub fn len(&self) -> usize {
+        self.actors.len()
+    }
+
+    /// Whether nobody is on the stage.
+    pub fn is_empty(&self) -> bool {
+        self.actors.is_empty()
+    }
+
+    /// Time since the last start, in s.
+    pub fn time_s(&self) -> f64 {
+        self.actors.first().map_or(0.0, Actor::time_s)
+    }
+
+    /// Parameters of a biped's body as they are now.
+    pub fn parameters(&self, index: usize) -> Option<&BodyParameters> {
+        self.actors.get(index).map(Actor::parameters)
+    }
+
+    /// Whether a biped has fallen and is about to start again.
+    pub fn fell(&self, index: usize) -> bool {
+        self.actors
+            .get(index)
+            .is_some_and(|actor| actor.fell().is_some())
+    }
+
+    /// The last seconds of a biped's motion, as far as kept: a minute, and no longer than since the last start or
+    /// change of its body.
+    pub fn recording(&self, index: usize, seconds: f64) -> Option<Recording> {
+        let rows = (seconds / self.control_period_s()).round().max(1.0) as usize;
+        self.actors
+            .get(index)
+            .map(|actor| actor.recording(rows.saturating_add(1)))
+    }
+
+    /// The slider's history since the last start.
+    pub fn history(&self, index: usize) -> Option<&History> {
+        self.actors.get(index).map(|actor| &actor.history)
+    }
+
+    /// What the gait is now, by the rules of the analysis.
+    pub fn gait(&self, index: usize) -> GaitClass {
+        self.now(index).map_or(GaitClass::Standing, |now| now.gait)
+    }
+
+    pub(crate) fn now(&self, index: usize) -> Option<Now> {
+        let actor = self.actors.get(index)?;
+        let rows = (SHOWN_S / actor.control_period_s()).round() as usize + 1;
+        let recording = actor.recording(rows.min(MOST_ANALYSED));
+        let rule = GaitRule::default();
+        let support = Support::find(&recording, &rule.contact);
+        let recent = recent(
+            &recording,
+            &support,
+            &rule,
+            recording.len().saturating_sub(1),
+        );
+        let gait = if actor.fell().is_some() {
+            GaitClass::Fallen
+        } else {
+            recent.gait
+        };
+        let times = recording.column(column::TIME_S);
+        Some(Now {
+            gait,
+            time_s: times.last().copied().unwrap_or(0.0),
+            speed_m_per_s: recent.speed_m_per_s,
+            froude: recent.froude,
+            cost_of_transport: recent.cost_of_transport,
+            phases: support
+                .phases()
+                .iter()
+                .map(|p| (phase_code(p.phase), p.start_s, p.end_s))
+                .collect(),
+        })
+    }
+}
+
+/// How the page tells support phases apart.
+pub(crate) fn phase_code(phase: SupportPhase) -> u8 {
+    match phase {
+        SupportPhase::Double => 0,
+        SupportPhase::SingleRight => 1,
+        SupportPhase::SingleLeft => 2,
+        SupportPhase::Flight => 3,
+    }
+}
+
+/// The parameters with some of them replaced by name.
+fn overlay(base: &BodyParameters, values: &[(String, f64)]) -> Result<BodyParameters, String> {
+    let mut whole = serde_json::to_value(base).map_err(|e| e.to_string())?;
+    for (name, value) in values {
+        match whole.get_mut(name) {
+            // Counts stay as they are: everything else is a floating-point number.
+            Some(slot) if slot.is_f64() => *slot = serde_json::json!(value),
+            _ => return Err(format!("a body has no parameter `{name}` to change here")),
+        }
+    }
+    serde_json::from_value(whole).map_err(|e| e.to_string())
+}
