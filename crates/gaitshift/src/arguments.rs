@@ -32,6 +32,7 @@ const STYLES: Styles = Styles::styled()
     after_long_help = "\
 Start here:
   gaitshift demo                    see the shipped controller walk, run and change gait
+  gaitshift view                    move its slider yourself, in the browser
   gaitshift evaluate                measure it over the whole range of its command
   gaitshift train                   train such a controller from scratch
 
@@ -52,6 +53,7 @@ pub enum Command {
     Evaluate(EvaluateArguments),
     Transition(TransitionArguments),
     Render(RenderArguments),
+    View(ViewArguments),
     Analyse(AnalyseArguments),
     Export(ExportArguments),
 }
@@ -168,6 +170,10 @@ pub struct TrainArguments {
     /// The curriculum and all schedules stay as they are. Checked every 2000 steps.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..))]
     pub steps: Option<u64>,
+
+    /// Show the run in the browser while it trains, as `gaitshift view RUN` does
+    #[arg(long)]
+    pub view: bool,
 
     /// Stop at the first evaluation that meets every criterion (`gaitshift evaluate --criteria`)
     #[arg(long, conflicts_with = "resume")]
@@ -367,6 +373,56 @@ pub struct RenderArguments {
     pub poses: u16,
 }
 
+/// Shows a controller, a training run or a recording in the browser.
+///
+/// Without an argument the biped moves in real time under a slider for ω_v; it can be pushed, and its body changed while
+/// it moves. With the folder of a run its learning curve and evaluations stand beside it, and a click puts the controller
+/// of an evaluation on the stage. With a recording it is played, as `gaitshift export html` writes it.
+///
+/// The page comes from this program and fetches nothing. It is served until the program is stopped (Ctrl-C), on the
+/// loopback address: nobody else can reach it.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift view
+  gaitshift view --controller runs/fast-1/controller.safetensors --body ice.toml
+  gaitshift view --body heavy.toml --body light.toml        two bodies side by side on one slider
+  gaitshift view runs/fast-1
+  gaitshift view out/transition/recording.csv")]
+pub struct ViewArguments {
+    /// Folder of a training run, or recording (CSV) [default: a controller on a live stage]
+    #[arg(value_name = "RUN|RECORDING.csv", conflicts_with_all = ["controller", "body", "seed"])]
+    pub what: Option<PathBuf>,
+
+    /// Controller file [default: the shipped controller]; given twice, two bipeds side by side
+    #[arg(long, value_name = "FILE")]
+    pub controller: Vec<PathBuf>,
+
+    /// TOML file that changes the body, as for `gaitshift transition`; given twice, two bipeds side by side
+    #[arg(long, value_name = "FILE.toml")]
+    pub body: Vec<PathBuf>,
+
+    /// Draw the start at random with this seed [default: the default start]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub seed: Option<u64>,
+
+    /// Port to listen on [default: 8420, or a free one if that is taken]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub port: Option<u16>,
+
+    /// Address to listen on; with another one than the default, other machines can see and move the biped
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
+    pub listen: std::net::IpAddr,
+
+    /// Host name under which other machines may open the page, besides addresses; may be given again
+    #[arg(long, value_name = "NAME")]
+    pub name: Vec<String>,
+
+    /// Do not open the browser
+    #[arg(long)]
+    pub no_open: bool,
+}
+
 /// Analyses recordings from any simulator, by the rules of `evaluate` and `transition`.
 ///
 /// With --json, standard output is {"rows": [{"recording", "controller", "omega_v", "survived_s", ...}]} as
@@ -447,6 +503,18 @@ pub enum ExportFormat {
         recording: PathBuf,
         /// File to write [default: standard output]
         #[arg(short, long, value_name = "FILE.csv")]
+        out: Option<PathBuf>,
+    },
+    /// A recording as one HTML page that plays it
+    ///
+    /// The biped with play and scrub, and support phases, energies, speed, cost and reward beside it. The page needs
+    /// nothing but itself: it can be mailed, put on a web site, or opened from disk.
+    Html {
+        /// Recording (CSV)
+        #[arg(value_name = "RECORDING.csv")]
+        recording: PathBuf,
+        /// File to write [default: standard output]
+        #[arg(short, long, value_name = "FILE.html")]
         out: Option<PathBuf>,
     },
     /// A recording as NPZ, for `numpy.load`

@@ -38,6 +38,11 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
                 None => put(recording.to_csv().map_err(Failure::run)?.as_bytes(), None),
             }
         }
+        ExportFormat::Html { recording, out } => {
+            let html = gaitshift_view::replay_html(&read(recording)?)
+                .map_err(|e| Failure::input(format!("{}: {e}", recording.display())))?;
+            put(html.as_bytes(), out.as_deref())
+        }
         ExportFormat::Npz { recording, out } => {
             let bytes = gaitshift_export::npz(&read(recording)?).map_err(Failure::run)?;
             put_binary(&bytes, out.as_deref())

@@ -17,6 +17,7 @@ mod progress;
 mod render;
 mod train;
 mod transition;
+mod view;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -29,6 +30,7 @@ fn main() -> ExitCode {
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Transition(arguments) => transition::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
         Command::Analyse(arguments) => analyse::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
     };

@@ -9,6 +9,7 @@ use gaitshift_experiment::{
     CommandProfile, Controller, Deterministic, Rollout, load_body_overrides, portable_path,
 };
 use gaitshift_task::{Environment, TaskParameters};
+use gaitshift_view::Cast;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::path::Path;
@@ -68,6 +69,17 @@ impl Subject {
     pub fn parts(&mut self) -> (&Body, &TaskParameters, Deterministic<'_>) {
         let policy = Deterministic(&mut self.controller.policy);
         (&self.body, &self.controller.task, policy)
+    }
+
+    /// For a live stage, with the range of the command that the controller was trained for.
+    pub fn into_cast(self, trained: [f64; 2]) -> Cast {
+        Cast {
+            controller: self.controller,
+            body: self.body,
+            name: self.name,
+            trained,
+            seed: self.seed,
+        }
     }
 
     /// Where motions start, in words.

@@ -4,6 +4,7 @@ use crate::arguments::TrainArguments;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::{Watcher, count, duration};
+use crate::view;
 use gaitshift_experiment::{Experiment, RunReport, Training, portable_command};
 use gaitshift_figures::episode_returns_figure;
 use serde::Serialize;
@@ -25,6 +26,9 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
     let interrupted = catch_interrupts()?;
     let (folder, mut training) = prepare(arguments)?;
     output::note(&format!("run in {}", folder.display()));
+    if arguments.view {
+        view::beside_training(&folder)?;
+    }
     let mut watcher = Watcher::new(interrupted, arguments.steps);
     let report = training.run(&mut watcher).map_err(Failure::run)?;
     watcher.finish();

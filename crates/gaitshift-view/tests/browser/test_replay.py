@@ -1,0 +1,62 @@
+"""Contract: a recording becomes one page that plays, scrubs and shows the strips without a server, fetches nothing, and is
+small enough to mail; `gaitshift view RECORDING` serves the same page."""
+
+import subprocess
+
+import pytest
+from conftest import until
+
+
+@pytest.fixture(scope="module")
+def recording(program, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("recording")
+    command = [program, "transition", "--start-s", "6", "--after-s", "6", "--out", folder]
+    subprocess.run(command, check=True, capture_output=True)
+    return folder / "recording.csv"
+
+
+@pytest.mark.parametrize("served", [False, True])
+def test_a_replay_plays_and_scrubs(program, recording, view, tab, tmp_path, served):
+    html = tmp_path / "motion.html"
+    subprocess.run([program, "export", "html", recording, "--out", html], check=True, capture_output=True)
+    assert html.stat().st_size < 400_000
+    page = tab(view(recording) if served else html.as_uri())
+
+    def seek(time_s):
+        page.evaluate(
+            "t => { const s = document.getElementById('scrub'); s.value = t; s.dispatchEvent(new Event('input')); }", time_s
+        )
+        page.wait_for_timeout(100)
+
+    seek(5.5)
+    assert page.text_content("#gait") == "walking"
+    assert page.text_content("#scrubOut") == "5.50 s"
+    slow = float(page.text_content("#speed"))
+    seek(12)
+    assert page.text_content("#gait") == "running"
+    assert float(page.text_content("#speed")) > slow
+    seek(0)
+    page.click("#play")
+    until(page, "parseFloat(document.getElementById('scrubOut').textContent) > 1")
+    page.keyboard.press("Escape")
+    page.click("#play")
+    stopped = page.text_content("#scrubOut")
+    page.wait_for_timeout(300)
+    assert page.text_content("#scrubOut") == stopped
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("ArrowRight")
+    until(page, f"document.getElementById('scrubOut').textContent !== '{stopped}'")
+    # The strips are drawn: some of their pixels are of the legs' colours.
+    colours = page.evaluate("""() => { const c = document.getElementById('strips'); const p = c.getContext('2d')
+        .getImageData(0, 0, c.width, c.height).data; let n = 0; for (let k = 0; k < p.length; k += 4)
+        if (p[k] === 213 && p[k + 1] === 94) n++; return n; }""")
+    assert colours > 100
+
+
+def test_what_is_no_recording_is_refused(program, tmp_path):
+    bad = tmp_path / "bad.csv"
+    bad.write_text("time_s,x\n0,1\n")
+    for command in (["view", bad], ["export", "html", bad]):
+        result = subprocess.run([program, *command], capture_output=True, text=True)
+        assert result.returncode == 2
+        assert "bad.csv" in result.stderr
