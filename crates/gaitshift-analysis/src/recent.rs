@@ -25,8 +25,9 @@ const SPEED_WINDOW_S: f64 = 0.5;
 /// Describes the motion at `row` from the rows up to it.
 ///
 /// The gait is that of the latest [`GaitRule::min_steps`] steps and whatever followed them; if as many steps do not
-/// lie within the time that so many of the longest steps take, that of all this time. `support` must be that of the
-/// recording. Speed and cost are means over the same steps, cut to whole strides.
+/// lie within the time that so many of the longest steps take, that of all this time. Once no foot has been set down
+/// for longer than a step may take, it is that of the time since. `support` must be that of the recording. Speed and cost
+/// are means over the same steps, cut to whole strides.
 pub fn recent(recording: &Recording, support: &Support, rule: &GaitRule, row: usize) -> Recent {
     let times = recording.column(column::TIME_S);
     let unknown = Recent {
@@ -44,11 +45,15 @@ pub fn recent(recording: &Recording, support: &Support, rule: &GaitRule, row: us
         return unknown;
     };
     let rows: Vec<usize> = support.touchdowns(all).map(|event| event.row).collect();
+    let stopped = rows
+        .last()
+        .filter(|&&last| now_s - times[last] > rule.max_step_time_s)
+        .and_then(|&last| Window::new(last + 1, row));
     let latest = rows
         .len()
         .checked_sub(rule.min_steps + 1)
         .and_then(|first| Window::new(rows[first], row));
-    let window = latest.unwrap_or(all);
+    let window = stopped.or(latest).unwrap_or(all);
     let strides = whole_strides(support, window);
     let lately = recording.window(now_s - SPEED_WINDOW_S, now_s);
     let speed = strides

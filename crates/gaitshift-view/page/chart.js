@@ -4,6 +4,7 @@ class Scale {
   // Grows at once, shrinks only when much of it is empty.
   hold(low, high, least) {
     if (!(low <= high)) return;
+    if (high - low < least && low >= 0) high = low + least;
     if (high - low < least) { const middle = (low + high) / 2; low = middle - least / 2; high = middle + least / 2; }
     const roomy = this.known && low >= this.low && high <= this.high && high - low > 0.35 * (this.high - this.low);
     if (roomy) return;

@@ -17,6 +17,7 @@ function hear(message) {
     begin(message.epoch);
     $("who").textContent = message.actors.map((a) => a.name).join(" · ");
     $("which").hidden = actors.length < 2;
+    $("compare").checked = actors.length > 1;
     for (const film of document.querySelectorAll(".film")) film.hidden = !message.films;
     if (!live.built || live.given !== JSON.stringify(message.actors[0].given)) {
       live.given = JSON.stringify(message.actors[0].given);

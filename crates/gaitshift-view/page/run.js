@@ -18,7 +18,7 @@ function showRun() {
   const list = $("evaluation"), there = data.evaluations.filter((e) => e.controller);
   if (list.options.length !== there.length + 1) {
     const options = [["", word("best")], ...there.map((e) => [String(e.step), `${million(e.step)} · ${e.met}/${e.criteria}`])];
-    list.replaceChildren(...options.map(([value, text]) => { const o = document.createElement("option"); o.value = value; o.textContent = text; return o; }));
+    list.replaceChildren(...options.map(([value, text]) => { const o = document.createElement("option"); o.value = value; o.textContent = text; o.disabled = !value; return o; }));
     list.value = run.chosen === null ? "" : String(run.chosen);
   }
   const evaluation = data.evaluations.find((e) => e.step === run.chosen) || data.evaluations[data.evaluations.length - 1];

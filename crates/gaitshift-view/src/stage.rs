@@ -85,7 +85,7 @@ impl Stage {
     /// # Errors
     /// A command that no motion takes.
     pub fn set_omega_v(&mut self, omega_v: f64) -> Result<(), String> {
-        if !(omega_v.abs() <= OMEGA_V_MAX) {
+        if !(-OMEGA_V_MAX..=OMEGA_V_MAX).contains(&omega_v) {
             return Err(format!(
                 "omega_v is {omega_v}, but it must be from -{OMEGA_V_MAX} to {OMEGA_V_MAX}"
             ));
@@ -154,7 +154,8 @@ impl Stage {
     /// A push beyond 2000 N or 2 s.
     pub fn push(&mut self, force_n: [f64; 2], duration_s: f64) -> Result<(), String> {
         let size = force_n[0].hypot(force_n[1]);
-        if !(size <= PUSH_MAX_N) || !(duration_s > 0.0 && duration_s <= PUSH_MAX_S) {
+        let fits = (0.0..=PUSH_MAX_N).contains(&size);
+        if !(fits && duration_s > 0.0 && duration_s <= PUSH_MAX_S) {
             return Err(format!(
                 "a push has at most {PUSH_MAX_N} N and lasts at most {PUSH_MAX_S} s; this one has {size} N for {duration_s} s"
             ));
