@@ -28,14 +28,16 @@ fn motion(time_s: f64) -> Frame {
     } else {
         4.8 + speed * (time_s - 6.0)
     };
+    // A foot that is down stays where it is.
     let psi = |phase: f64| {
+        let ahead_m = (0.5 * share - phase) * speed * step_s;
         if phase < share {
-            0.2 - 0.4 * phase / share
+            (ahead_m / 0.8).asin()
         } else {
             0.0
         }
     };
-    let psi_rad = [phase, other].map(|p| (psi(p) * speed * step_s / 0.4 / 0.8).asin());
+    let psi_rad = [phase, other].map(psi);
     Frame {
         x_m,
         psi_rad,

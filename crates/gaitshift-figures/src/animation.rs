@@ -9,20 +9,17 @@ use gaitshift_body::BodyParameters;
 
 use crate::FigureError;
 use crate::biped::{self, View};
-use crate::canvas::{Anchor, Canvas, Ink, Paint, Rect, TextStyle};
+use crate::canvas::{Anchor, Canvas, Paint, Rect, TextStyle};
 use crate::chart::{Axis, Panel};
 use crate::gif::Palette;
-use crate::motion::{Motion, Pose, body_of};
+use crate::motion::{Motion, body_of};
 use crate::raster;
-use crate::style::{COMMAND, FAINT, QUIET, TEXT, WHITE, side_ink};
+use crate::scenery::{self, HIP, WIDTH};
+use crate::style::{COMMAND, FAINT, QUIET, TEXT, side_ink};
 use crate::support;
 
 /// Layout in user units; `width_px` scales it.
-const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 400.0;
-const GROUND: f64 = 302.0;
-/// Where the hip stays on the sheet.
-const HIP: f64 = 300.0;
 /// The timeline under the picture.
 const TIMELINE: Rect = Rect::new(58.0, 338.0, 564.0, 48.0);
 /// Speed is shown as its mean over about one step, so that the figures can be read.
@@ -45,6 +42,8 @@ pub struct AnimationOptions {
     pub slow_motion: f64,
     /// Width in pixels, 160 to 1920; the height is five eighths of it.
     pub width_px: u32,
+    /// Whether the background is left out. A GIF has none that shines through.
+    pub transparent: bool,
 }
 
 impl Default for AnimationOptions {
@@ -56,38 +55,41 @@ impl Default for AnimationOptions {
             to_s: None,
             slow_motion: 1.0,
             width_px: 640,
+            transparent: false,
         }
     }
 }
 
 impl AnimationOptions {
     fn check(&self) -> Result<(), FigureError> {
-        let in_range = |name, value: f64, least: f64, most: f64, allowed| {
-            if (least..=most).contains(&value) {
-                Ok(())
-            } else {
-                Err(FigureError::Option {
-                    name,
-                    value,
-                    allowed,
-                })
-            }
-        };
         in_range("fps", self.fps, 1.0, 50.0, "1 to 50 frames a second")?;
-        in_range(
-            "slow_motion",
-            self.slow_motion,
-            0.1,
-            100.0,
-            "0.1 to 100 times slower",
-        )?;
-        in_range(
-            "width_px",
-            f64::from(self.width_px),
-            160.0,
-            1920.0,
-            "160 to 1920 pixels",
-        )
+        self.check_slow_motion()?;
+        let width_px = f64::from(self.width_px);
+        in_range("width_px", width_px, 160.0, 1920.0, "160 to 1920 pixels")
+    }
+
+    pub(crate) fn check_slow_motion(&self) -> Result<(), FigureError> {
+        let slower = self.slow_motion;
+        in_range("slow_motion", slower, 0.1, 100.0, "0.1 to 100 times slower")
+    }
+}
+
+/// Refuses an option out of its range, or one that is no number.
+pub(crate) fn in_range(
+    name: &'static str,
+    value: f64,
+    least: f64,
+    most: f64,
+    allowed: &'static str,
+) -> Result<(), FigureError> {
+    if (least..=most).contains(&value) {
+        Ok(())
+    } else {
+        Err(FigureError::Option {
+            name,
+            value,
+            allowed,
+        })
     }
 }
 
@@ -129,20 +131,21 @@ pub fn animate(recording: &Recording, options: &AnimationOptions) -> Result<Vec<
 }
 
 /// Everything that stays the same from frame to frame.
-struct Scene<'a> {
+pub(crate) struct Scene<'a> {
     motion: Motion<'a>,
     body: BodyParameters,
     support: Support,
     steps: Vec<(Step, GaitClass)>,
     view: View,
     slow_motion: f64,
+    transparent: bool,
     knob: Axis,
     timeline: Panel,
     speeds: Vec<f64>,
 }
 
 impl<'a> Scene<'a> {
-    fn new(recording: &'a Recording, options: &AnimationOptions) -> Result<Self, FigureError> {
+    pub fn new(recording: &'a Recording, options: &AnimationOptions) -> Result<Self, FigureError> {
         let from_s = options.from_s.unwrap_or(f64::NEG_INFINITY);
         let to_s = options.to_s.unwrap_or(f64::INFINITY);
         let motion = Motion::between(recording, from_s, to_s)?;
@@ -156,19 +159,8 @@ impl<'a> Scene<'a> {
                 .collect(),
             None => Vec::new(),
         };
-        // Pelvis, raised by a jump, stays under the writing for a leg of any length.
-        let view = View {
-            x_m: 0.0,
-            left: HIP,
-            ground: GROUND,
-            scale: 182.0 / body.leg_length_m,
-        };
-        let commands = motion.values(column::OMEGA_V);
-        let knob = Axis::exact(
-            commands.iter().copied().fold(0.0, f64::min).floor(),
-            commands.iter().copied().fold(3.0, f64::max).ceil(),
-            5,
-        );
+        let view = scenery::view_of(&body, 0.0);
+        let knob = scenery::knob(&motion.values(column::OMEGA_V));
         let speeds: Vec<f64> = motion
             .times()
             .iter()
@@ -188,104 +180,41 @@ impl<'a> Scene<'a> {
             steps,
             view,
             slow_motion,
+            transparent: options.transparent,
             knob,
             timeline,
             speeds,
         })
     }
 
-    fn draw(&self, time_s: f64) -> String {
-        let mut canvas = Canvas::new(WIDTH, HEIGHT);
+    /// Time of the first frame, in s.
+    pub fn first_s(&self) -> f64 {
+        self.motion.first_s()
+    }
+
+    /// Time from the first frame to the last moment shown, in s.
+    pub fn duration_s(&self) -> f64 {
+        self.motion.duration_s()
+    }
+
+    pub fn draw(&self, time_s: f64) -> String {
+        let mut canvas = if self.transparent {
+            Canvas::transparent(WIDTH, HEIGHT)
+        } else {
+            Canvas::new(WIDTH, HEIGHT)
+        };
         let pose = self.motion.pose(time_s);
         let view = self.view.moved(pose.x, HIP);
-        self.draw_ground(&mut canvas, &view);
+        let metadata = &self.motion.recording.metadata;
+        let weight_n = metadata.total_mass_kg * metadata.gravity_m_per_s2;
+        scenery::draw_ground(&mut canvas, &view);
         biped::draw(&mut canvas, &view, &self.body, &pose);
-        self.draw_forces(&mut canvas, &view, &pose);
-        self.draw_knob(&mut canvas, time_s);
+        scenery::draw_forces(&mut canvas, &view, &self.body, &pose, weight_n);
+        let command = self.motion.at(column::OMEGA_V, time_s);
+        scenery::draw_knob(&mut canvas, &self.knob, command);
         self.draw_figures(&mut canvas, time_s);
         self.draw_timeline(&mut canvas, time_s);
         canvas.finish()
-    }
-
-    /// The ground with a post every metre, so that motion over it is seen.
-    fn draw_ground(&self, canvas: &mut Canvas, view: &View) {
-        let soil = Rect::new(0.0, GROUND, WIDTH, 22.0);
-        canvas.rect(soil, Paint::fill(Ink::hex(0xece7df)));
-        canvas.line(
-            (0.0, GROUND),
-            (WIDTH, GROUND),
-            Paint::stroke(Ink::hex(0x7d7468), 1.6),
-        );
-        // Marks every quarter metre; positions beyond any track are not marked.
-        let first = ((view.x_m - HIP / view.scale) * 4.0)
-            .floor()
-            .clamp(-4e6, 4e6) as i64
-            - 2;
-        let count = (4.0 * WIDTH / view.scale).ceil().min(1000.0) as i64 + 4;
-        let ink = Ink::hex(0xa39a8c);
-        for quarter in first..=first + count {
-            let (x, _) = view.place((quarter as f64 / 4.0, 0.0));
-            if quarter % 4 == 0 {
-                canvas.line(
-                    (x, 84.0),
-                    (x, GROUND - 0.8),
-                    Paint::stroke(Ink::hex(0xf0f0f0), 1.5),
-                );
-                canvas.line((x, GROUND), (x, GROUND + 8.0), Paint::stroke(ink, 1.6));
-                let style = TextStyle::new(9.5, QUIET).anchor(Anchor::Middle);
-                canvas.text((x, GROUND + 18.5), &format!("{} m", quarter / 4), style);
-            } else {
-                canvas.line((x, GROUND), (x, GROUND + 4.5), Paint::stroke(ink, 1.0));
-            }
-        }
-    }
-
-    /// Ground reaction forces, body weight a third of the leg long.
-    fn draw_forces(&self, canvas: &mut Canvas, view: &View, pose: &Pose) {
-        let metadata = &self.motion.recording.metadata;
-        let weight_n = (metadata.total_mass_kg * metadata.gravity_m_per_s2).max(1e-9);
-        let units_per_newton = self.body.leg_length_m * view.scale / 3.0 / weight_n;
-        for side in [Side::Left, Side::Right] {
-            let leg = &pose.legs[side.index()];
-            let (forward, up) = leg.force_n;
-            if up < 0.05 * weight_n {
-                continue;
-            }
-            let (x, _) = biped::lowest_point(&self.body, pose, leg);
-            // Two weights at most, or a hard landing would leave the picture.
-            let scale = units_per_newton * (4.0 * weight_n / up.hypot(forward)).min(1.0);
-            let by = (forward * scale, -up * scale);
-            biped::arrow(canvas, view.place((x, 0.0)), by, Ink::hex(0x111111), 2.6);
-            let foot = view.place((x, 0.0));
-            canvas.circle(foot, 3.2, Paint::fill(side_ink(side)).outlined(WHITE, 0.8));
-        }
-    }
-
-    /// The command, as a slider.
-    fn draw_knob(&self, canvas: &mut Canvas, time_s: f64) {
-        let (left, right, y) = (58.0, 258.0, 40.0);
-        let place = |value: f64| left + self.knob.share(value) * (right - left);
-        let value = self.motion.at(column::OMEGA_V, time_s);
-        canvas.text(
-            (18.0, y + 6.0),
-            "ω\u{1d65}",
-            TextStyle::new(20.0, COMMAND).bold(),
-        );
-        let groove = Rect::new(left, y - 3.0, right - left, 6.0);
-        canvas.rounded_rect(groove, 3.0, Paint::fill(Ink::hex(0xdcdcdc)));
-        let zero = place(0.0_f64.clamp(self.knob.from, self.knob.to));
-        let thumb = place(value);
-        let filled = Rect::new(zero.min(thumb), y - 3.0, (thumb - zero).abs(), 6.0);
-        canvas.rounded_rect(filled, 3.0, Paint::fill(COMMAND));
-        for (tick, label) in self.knob.ticks() {
-            let x = place(tick);
-            canvas.line((x, y + 8.0), (x, y + 12.0), Paint::stroke(QUIET, 1.0));
-            let style = TextStyle::new(10.0, QUIET).anchor(Anchor::Middle);
-            canvas.text((x, y + 23.0), &label, style);
-        }
-        canvas.circle((thumb, y), 9.5, Paint::fill(WHITE).outlined(COMMAND, 3.0));
-        let style = TextStyle::new(14.0, COMMAND).bold().anchor(Anchor::Middle);
-        canvas.text((thumb, y - 15.0), &format!("{value:.1}"), style);
     }
 
     /// Gait, speed, Froude number, time.

@@ -200,13 +200,18 @@ pub(crate) struct Canvas {
 
 // Writing to a `String` cannot fail, so the results of `write!` are dropped.
 impl Canvas {
-    /// A white sheet.
-    pub fn new(width: f64, height: f64) -> Self {
-        let mut canvas = Self {
+    /// A sheet without a background.
+    pub fn transparent(width: f64, height: f64) -> Self {
+        Self {
             width,
             height,
             body: String::new(),
-        };
+        }
+    }
+
+    /// A white sheet.
+    pub fn new(width: f64, height: f64) -> Self {
+        let mut canvas = Self::transparent(width, height);
         canvas.rect(
             Rect::new(0.0, 0.0, width, height),
             Paint::fill(Ink::hex(0xffffff)),

@@ -91,6 +91,19 @@ pub enum FigureError {
         /// What the renderer said.
         cause: String,
     },
+    /// A film needs a program that is not there.
+    #[error(
+        "{}: MP4 and WebM need `ffmpeg`, which is not in PATH; install it (Debian, Ubuntu: apt-get install \
+         ffmpeg; macOS: brew install ffmpeg), or write frames with --frames --out frames and join them where \
+         there is one: ffmpeg -framerate {fps} -i frames/frame-%05d.png -pix_fmt yuv420p film.mp4",
+        path.display()
+    )]
+    NoFfmpeg {
+        /// The film that was asked for.
+        path: PathBuf,
+        /// Its frames a second.
+        fps: f64,
+    },
     /// The animation could not be encoded.
     #[error("the animation cannot be encoded: {cause}")]
     Encode {

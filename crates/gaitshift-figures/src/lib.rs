@@ -6,6 +6,7 @@
 //!
 //! - [`transition_figure`]: energies and speed over a change of gait, support phases shaded;
 //! - [`animate`]: the body on its way, as a GIF;
+//! - [`Frames`]: the same frame by frame, [`write_film`] and [`write_frames`] to files; [`Snapshot`]: a body at one instant;
 //! - [`strobe`]: a stride at a glance;
 //! - [`sweep_figure`]: speed, cost of transport and support against the command;
 //! - [`episode_returns_figure`]: the course of a training run.
@@ -25,10 +26,13 @@ mod canvas;
 mod chart;
 mod error;
 mod figure;
+mod film;
+mod frames;
 mod gif;
 mod learning;
 mod motion;
 mod raster;
+mod scenery;
 mod strobe;
 mod style;
 mod support;
@@ -38,6 +42,8 @@ mod transition;
 pub use animation::{AnimationOptions, animate};
 pub use error::FigureError;
 pub use figure::Figure;
+pub use film::{FilmFormat, find_ffmpeg, write_film, write_frames};
+pub use frames::{Frames, Picture, Snapshot};
 pub use learning::episode_returns_figure;
 pub use strobe::{stride_at, strobe};
 pub use sweep::{SweepPoint, SweepSeries, sweep_figure};

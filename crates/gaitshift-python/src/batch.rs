@@ -3,11 +3,12 @@
 use crate::controller::Controller;
 use crate::convert::{body_and_task, to_python, value_error};
 use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT};
+use gaitshift_figures::Snapshot;
 use gaitshift_task::{
     EndReason, Environment, OBSERVATION_SIZE, RewardTerms, StepOutcome, TaskParameters,
 };
-use numpy::ndarray::{Array1, Array2};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::ndarray::{Array1, Array2, Array3};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -314,6 +315,60 @@ impl Batch {
             slot.environment.omega_v = value;
         }
         Ok(())
+    }
+
+    /// Pictures of the environments of the given indices, shape (rows, columns, 3) each, drawn without the
+    /// interpreter's lock.
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        indices: Vec<usize>,
+        width_px: u32,
+    ) -> PyResult<Vec<Bound<'py, PyArray3<u8>>>> {
+        let body = &self.setting.body;
+        let slots = indices
+            .iter()
+            .map(|&index| {
+                self.slots
+                    .get(index)
+                    .ok_or_else(|| PyIndexError::new_err(format!("there is no environment {index}")))
+            })
+            .collect::<PyResult<Vec<&Slot>>>()?;
+        let period_s = self.setting.task.control_period_s;
+        let draw = |environment: &Environment| {
+            let state = &environment.state;
+            let force_n = [RIGHT, LEFT].map(|leg| {
+                let contact = body.foot_contact(state, leg);
+                (contact.tangential_n, contact.normal_n)
+            });
+            Snapshot {
+                body: body.parameters(),
+                state,
+                force_n,
+                omega_v: environment.omega_v,
+                time_s: f64::from(environment.periods) * period_s,
+            }
+            .draw(width_px)
+        };
+        let pictures = py.detach(|| {
+            let drawn = slots.iter().map(|slot| draw(&slot.environment));
+            drawn.collect::<Result<Vec<_>, _>>()
+        });
+        let pictures = pictures.map_err(|e| value_error(e.to_string()))?;
+        pictures
+            .into_iter()
+            .map(|picture| {
+                let shape = (picture.height as usize, picture.width as usize, 3);
+                let rgb: Vec<u8> = picture
+                    .rgba
+                    .chunks_exact(4)
+                    .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
+                    .collect();
+                let array = Array3::from_shape_vec(shape, rgb)
+                    .map_err(|e| value_error(e.to_string()))?;
+                Ok(array.into_pyarray(py))
+            })
+            .collect()
     }
 
     fn state<'py>(
