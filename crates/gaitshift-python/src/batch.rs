@@ -329,9 +329,9 @@ impl Batch {
         let slots = indices
             .iter()
             .map(|&index| {
-                self.slots
-                    .get(index)
-                    .ok_or_else(|| PyIndexError::new_err(format!("there is no environment {index}")))
+                self.slots.get(index).ok_or_else(|| {
+                    PyIndexError::new_err(format!("there is no environment {index}"))
+                })
             })
             .collect::<PyResult<Vec<&Slot>>>()?;
         let period_s = self.setting.task.control_period_s;
@@ -364,8 +364,8 @@ impl Batch {
                     .chunks_exact(4)
                     .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
                     .collect();
-                let array = Array3::from_shape_vec(shape, rgb)
-                    .map_err(|e| value_error(e.to_string()))?;
+                let array =
+                    Array3::from_shape_vec(shape, rgb).map_err(|e| value_error(e.to_string()))?;
                 Ok(array.into_pyarray(py))
             })
             .collect()

@@ -57,7 +57,7 @@ pub enum Request {
     },
     /// Asks for a file of the last seconds.
     Save {
-        /// `recording`, `profile`, `picture`, `gif`, `page`, `mp4` or `webm`.
+        /// `recording`, `profile`, `picture`, `gif`, `mp4` or `page`.
         what: String,
         /// How long, in s.
         seconds: f64,
@@ -102,7 +102,7 @@ pub(crate) struct CastMessage<'a> {
     pub epoch: u32,
     pub control_period_s: f64,
     pub actors: Vec<ActorMessage<'a>>,
-    /// Whether MP4 and WebM can be made.
+    /// Whether an MP4 can be made.
     pub films: bool,
     pub version: &'static str,
 }

@@ -4,16 +4,13 @@ use crate::replay::replay_html;
 use crate::stage::Stage;
 use gaitshift_analysis::Recording;
 use gaitshift_analysis::recording::column;
-use gaitshift_figures::{AnimationOptions, animate, stride_at, strobe};
+use gaitshift_figures::{
+    AnimationOptions, FilmFormat, Frames, animate, stride_at, strobe, write_film,
+};
 
 /// Longest film and longest of everything else, in s.
 const LONGEST_FILM_S: f64 = 20.0;
 const LONGEST_S: f64 = 60.0;
-
-/// Whether MP4 and WebM can be made.
-pub(crate) fn ffmpeg_found() -> bool {
-    false
-}
 
 /// A file to be made, with all that it is made of.
 #[derive(Debug)]
@@ -29,6 +26,7 @@ enum Kind {
     Profile,
     Picture,
     Gif,
+    Film,
     Page,
 }
 
@@ -43,10 +41,11 @@ impl Order {
             "profile" => Kind::Profile,
             "picture" => Kind::Picture,
             "gif" => Kind::Gif,
+            "mp4" => Kind::Film,
             "page" => Kind::Page,
             _ => return Err(format!("`{what}` cannot be saved")),
         };
-        let longest = if kind == Kind::Gif {
+        let longest = if matches!(kind, Kind::Gif | Kind::Film) {
             LONGEST_FILM_S
         } else {
             LONGEST_S
@@ -91,9 +90,24 @@ impl Order {
                     animate(recording, &options).map_err(|e| e.to_string())?,
                 )
             }
+            Kind::Film => file("motion.mp4", film(recording)?),
             Kind::Page => file("motion.html", replay_html(recording)?.into_bytes()),
         }
     }
+}
+
+/// An MP4, by way of a file of its own that is gone afterwards.
+fn film(recording: &Recording) -> Result<Vec<u8>, String> {
+    let options = AnimationOptions {
+        fps: 60.0,
+        width_px: 960,
+        ..AnimationOptions::default()
+    };
+    let frames = Frames::new(recording, &options).map_err(|e| e.to_string())?;
+    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
+    let path = folder.path().join("motion.mp4");
+    write_film(&frames, options.fps, false, FilmFormat::Mp4, &path).map_err(|e| e.to_string())?;
+    std::fs::read(&path).map_err(|e| e.to_string())
 }
 
 /// The latest whole stride at a glance.

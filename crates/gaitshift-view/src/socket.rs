@@ -248,7 +248,10 @@ impl Tab<'_> {
     }
 
     fn tell_cast(&self) {
-        self.tell(&CastMessage::of(&self.stage, save::ffmpeg_found()));
+        self.tell(&CastMessage::of(
+            &self.stage,
+            gaitshift_figures::find_ffmpeg().is_some(),
+        ));
     }
 
     /// Sends something that must not be left out; a page that has no place for it is beyond help.

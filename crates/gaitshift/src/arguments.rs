@@ -309,29 +309,39 @@ pub struct TransitionArguments {
     pub json: bool,
 }
 
-/// Draws a recording: an animation (GIF) and a stride at a glance (SVG, PNG).
+/// Draws a recording: an animation (GIF, MP4, WebM or frames) and a stride at a glance (SVG, PNG).
 ///
 /// Pictures are drawn in software from the body's geometry in the recording; no display is needed. Right
-/// is vermilion, left is blue, arrows are the ground's forces on the feet.
+/// is vermilion, left is blue, arrows are the ground's forces on the feet. MP4 and WebM need the program `ffmpeg`.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
   gaitshift transition && gaitshift render out/transition/recording.csv --from-s 7 --to-s 15
   gaitshift render out/transition/recording.csv --out run.gif --from-s 12 --to-s 14 --slow-motion 4
+  gaitshift render out/transition/recording.csv --out film.mp4 --width 1280
+  gaitshift render out/transition/recording.csv --out frames --frames --transparent
   gaitshift render out/transition/recording.csv --out stride.svg --stride-at-s 18")]
 pub struct RenderArguments {
     /// Recording (CSV), as `gaitshift evaluate --out` and `gaitshift transition` write it
     #[arg(value_name = "RECORDING.csv")]
     pub recording: PathBuf,
 
-    /// Folder for both pictures, or one file: FILE.gif for the animation, FILE.svg or FILE.png for the
-    /// stride [default: the recording's folder]
+    /// Folder for both pictures, or one file: FILE.gif, FILE.mp4 or FILE.webm for the animation, FILE.svg or FILE.png for
+    /// the stride [default: the recording's folder]
     #[arg(long, value_name = "DIR|FILE")]
     pub out: Option<PathBuf>,
 
     /// Draw only the stride
     #[arg(long)]
     pub strobe: bool,
+
+    /// Write every frame of the animation into the folder --out, as frame-00000.png and so on
+    #[arg(long, requires = "out", conflicts_with_all = ["strobe", "stride_at_s"])]
+    pub frames: bool,
+
+    /// Leave out the background: with --frames, or of a WebM
+    #[arg(long)]
+    pub transparent: bool,
 
     /// Begin at this time of the recording in s [default: its start]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
@@ -341,15 +351,15 @@ pub struct RenderArguments {
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
     pub to_s: Option<f64>,
 
-    /// Frames of the animation per second, 1 to 50
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "25", value_parser = number)]
-    pub fps: f64,
+    /// Frames of the animation per second: 1 to 50 for a GIF, 1 to 240 for films and frames [default: 25, and 60]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
+    pub fps: Option<f64>,
 
     /// How many times slower than real time the animation plays, 0.1 to 100
     #[arg(long, value_name = "TIMES", default_value = "1", allow_negative_numbers = true, value_parser = number)]
     pub slow_motion: f64,
 
-    /// Width of the animation in pixels, 160 to 1920
+    /// Width of the animation in pixels, 160 to 1920; for films and frames up to 3840, a multiple of 16; the height is five eighths
     #[arg(
         long,
         value_name = "PX",

@@ -5,9 +5,16 @@ use crate::failure::Failure;
 use crate::output;
 use gaitshift_analysis::Recording;
 use gaitshift_analysis::recording::column;
-use gaitshift_figures::{AnimationOptions, animate, stride_at, strobe};
+use gaitshift_figures::{
+    AnimationOptions, FigureError, FilmFormat, Frames, animate, stride_at, strobe, write_film,
+    write_frames,
+};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+
+/// Frames a second unless asked for: as many as a GIF shows evenly, and as screens show.
+const GIF_FPS: f64 = 25.0;
+const FILM_FPS: f64 = 60.0;
 
 /// Where the pictures go; what has no place is not drawn.
 #[derive(Debug, Default, PartialEq)]
@@ -47,31 +54,85 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
         }
     }
     if let Some(path) = &places.animation {
+        let film = FilmFormat::of(path);
         let options = AnimationOptions {
-            fps: a.fps,
+            fps: a.fps.unwrap_or(if film.is_some() || a.frames {
+                FILM_FPS
+            } else {
+                GIF_FPS
+            }),
             from_s: a.from_s,
             to_s: a.to_s,
             slow_motion: a.slow_motion,
             width_px: a.width,
+            transparent: a.transparent,
         };
-        write_animation(&recording, &options, path)?;
+        match film {
+            _ if a.frames => return write_all_frames(&recording, &options, path),
+            Some(format) => write_film_file(&recording, &options, format, path)?,
+            None => write_animation(&recording, &options, path)?,
+        }
         files.push(path.clone());
     }
     output::written(&files)
 }
 
+/// Writes a film through `ffmpeg`.
+fn write_film_file(
+    recording: &Recording,
+    options: &AnimationOptions,
+    format: FilmFormat,
+    path: &Path,
+) -> Result<(), Failure> {
+    let failure = |error| match error {
+        FigureError::NoFfmpeg { .. } => Failure::run(error),
+        error => output::figure_failure(error),
+    };
+    Frames::new(recording, options)
+        .and_then(|frames| write_film(&frames, options.fps, options.transparent, format, path))
+        .map_err(failure)
+}
+
+/// Writes every frame into a folder.
+fn write_all_frames(
+    recording: &Recording,
+    options: &AnimationOptions,
+    folder: &Path,
+) -> Result<(), Failure> {
+    let frames = Frames::new(recording, options).map_err(output::figure_failure)?;
+    output::create_folder(folder)?;
+    let count = write_frames(&frames, folder).map_err(output::figure_failure)?;
+    output::line(&format!(
+        "wrote {count} frames, {}",
+        folder.join("frame-*.png").display()
+    ))
+}
+
 /// What is drawn, and where to.
 fn places(a: &RenderArguments) -> Result<Places, Failure> {
+    if a.frames {
+        return Ok(Places {
+            animation: a.out.clone(),
+            ..Places::default()
+        });
+    }
+    let webm = a.out.as_deref().and_then(FilmFormat::of) == Some(FilmFormat::WebM);
+    if a.transparent && !webm {
+        return Err(Failure::input(
+            "--transparent is for --frames and for films ending in .webm: neither GIF nor MP4 has a background that shines through",
+        ));
+    }
     let ending = |path: &Path| {
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-        ["gif", "svg", "png"]
+        ["gif", "mp4", "webm", "svg", "png"]
             .contains(&ending.as_str())
             .then_some(ending)
     };
     if let Some(out) = &a.out
         && let Some(ending) = ending(out)
     {
-        if ending == "gif" && a.strobe {
+        let moving = ["gif", "mp4", "webm"].contains(&ending.as_str());
+        if moving && a.strobe {
             return Err(Failure::input(format!(
                 "--strobe draws only the stride, which cannot be written as {}; give a folder or a \
                  file ending in .svg or .png",
@@ -79,7 +140,7 @@ fn places(a: &RenderArguments) -> Result<Places, Failure> {
             )));
         }
         let parent = out.parent().filter(|p| !p.as_os_str().is_empty());
-        let (animation, stride) = if ending == "gif" {
+        let (animation, stride) = if moving {
             (Some(out.clone()), None)
         } else {
             (None, Some(out.clone()))
@@ -94,8 +155,8 @@ fn places(a: &RenderArguments) -> Result<Places, Failure> {
         && let Some(ending) = names_a_file(out)
     {
         return Err(Failure::input(format!(
-            "{}: cannot write a picture as .{ending}; give a file ending in .gif (animation), .svg or .png \
-             (stride), or a folder, with a `/` at its end if it is called so",
+            "{}: cannot write a picture as .{ending}; give a file ending in .gif, .mp4 or .webm (animation), .svg or \
+             .png (stride), or a folder, with a `/` at its end if it is called so",
             out.display()
         )));
     }

@@ -158,3 +158,56 @@ fn options_out_of_range_are_refused() {
         place.refused(&format!("render toy.csv {arguments}"), &[word]);
     }
 }
+
+#[test]
+fn frames_are_numbered_pictures_of_the_asked_size_with_or_without_background() {
+    let place = place_with_recording();
+    place.stdout("render toy.csv --out frames --frames --fps 10 --to-s 0.3 --width 320");
+    let frame = |folder: &str, k: u32| place.read(&format!("{folder}/frame-{k:05}.png"));
+    assert!(!place.path("frames/frame-00004.png").exists());
+    // Width, height and colour type stand in the first block of a PNG.
+    let size = |png: &[u8]| {
+        let number =
+            |at: usize| u32::from_be_bytes([png[at], png[at + 1], png[at + 2], png[at + 3]]);
+        (number(16), number(20))
+    };
+    assert_eq!(size(&frame("frames", 3)), (320, 200));
+    assert_ne!(frame("frames", 0), frame("frames", 3));
+    place
+        .stdout("render toy.csv --out bare --frames --fps 10 --to-s 0.3 --width 320 --transparent");
+    assert_ne!(frame("frames", 0), frame("bare", 0));
+    place.refused("render toy.csv --frames", &["--out"]);
+    place.refused("render toy.csv --out x.mp4 --transparent", &[".webm"]);
+    place.refused(
+        "render toy.csv --out frames --frames --fps 500",
+        &["fps", "240"],
+    );
+}
+
+#[test]
+fn films_are_made_by_the_ffmpeg_that_is_found_or_say_what_to_do() {
+    let place = place_with_recording();
+    let without = place
+        .command("render toy.csv --out film.mp4 --to-s 0.3 --width 160")
+        .env("PATH", "")
+        .output()
+        .unwrap();
+    assert_eq!(without.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&without.stderr);
+    for part in [
+        "film.mp4",
+        "apt-get install ffmpeg",
+        "--frames",
+        "-framerate 60",
+    ] {
+        assert!(said.contains(part), "{said}");
+    }
+    if gaitshift_figures::find_ffmpeg().is_none() {
+        return;
+    }
+    place.stdout("render toy.csv --out film.mp4 --to-s 0.3 --width 160");
+    assert_eq!(&place.read("film.mp4")[4..8], b"ftyp");
+    place.stdout("render toy.csv --out film.webm --to-s 0.3 --width 160 --transparent");
+    assert_eq!(place.read("film.webm")[..4], [0x1a, 0x45, 0xdf, 0xa3]);
+    place.refused("render toy.csv --out film.mp4 --strobe", &["--strobe"]);
+}
