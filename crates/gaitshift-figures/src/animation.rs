@@ -160,7 +160,7 @@ impl<'a> Scene<'a> {
             None => Vec::new(),
         };
         let view = scenery::view_of(&body, 0.0);
-        let knob = scenery::knob(&motion.values(column::OMEGA_V));
+        let knob = scenery::knob(motion.values(column::OMEGA_V));
         let speeds: Vec<f64> = motion
             .times()
             .iter()

@@ -33,10 +33,21 @@ class HasParameters:
         return self._batch.task
 
 
-def refuse_render_mode(render_mode: object) -> None:
-    if render_mode is not None:
-        # Gymnasium's make_vec_env and its kin try a render mode and go without one on TypeError, as of an unknown argument.
-        raise TypeError(f"render_mode {render_mode!r} is not supported; record and use `gaitshift render` instead")
+RENDER_MODES = ["rgb_array"]
+RENDER_WIDTH_PX = 640
+
+
+def checked_render_mode(render_mode: str | None) -> str | None:
+    """The render mode, if it is one. `rgb_array_list` comes from `gymnasium.make`, which wraps the environment for it."""
+    if render_mode is None or render_mode in RENDER_MODES:
+        return render_mode
+    # Gymnasium's make_vec_env and its kin try a render mode and go without one on TypeError, as of an unknown argument.
+    raise TypeError(f"render_mode {render_mode!r} is not supported; it must be None or one of {RENDER_MODES}")
+
+
+def render_metadata(metadata: Mapping[str, Any], batch: _native.Batch) -> dict[str, Any]:
+    """The class's metadata with the frame rate at which a film of every step runs in real time."""
+    return {**metadata, "render_fps": round(1.0 / batch.task["control_period_s"])}
 
 
 def make_spaces() -> tuple[spaces.Space[NDArray[np.float64]], spaces.Space[NDArray[np.float32]]]:

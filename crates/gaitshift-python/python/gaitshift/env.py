@@ -12,12 +12,15 @@ from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from numpy.typing import NDArray
 
 from gaitshift._common import (
+    RENDER_MODES,
+    RENDER_WIDTH_PX,
     Command,
     HasParameters,
+    checked_render_mode,
     checked_seed,
     make_batch,
     make_spaces,
-    refuse_render_mode,
+    render_metadata,
     reset_options,
 )
 from gaitshift._motion import Controller
@@ -49,7 +52,7 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     middle of the ranges that starts are drawn from). ``reset(seed=n)`` starts where ``gaitshift evaluate --seed n`` does.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "render_fps": 100}
+    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 100}
 
     def __init__(
         self,
@@ -59,7 +62,7 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
         controller: Controller | str | os.PathLike[str] | None = None,
         body: Mapping[str, Any] | None = None,
         task: Mapping[str, Any] | None = None,
-        render_mode: None = None,
+        render_mode: str | None = None,
     ) -> None:
         """Prepares the environment.
 
@@ -70,18 +73,18 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
             controller: take body and task of this controller instead.
             body: parameters of the body that differ, e.g. ``{"friction": 0.6}``.
             task: parameters of the task that differ, e.g. ``{"reward": {"omega_e": 0.1}}``.
-            render_mode: only ``None``; recordings are drawn by ``gaitshift render``.
+            render_mode: ``"rgb_array"``: :meth:`render` gives a picture. ``gymnasium.make`` also takes ``"rgb_array_list"``.
 
         Raises:
-            TypeError: a render mode.
+            TypeError: another render mode.
             ValueError: an unknown parameter or recipe, a value out of range, an experiment or controller that cannot be
                 used.
             OSError: the controller's file cannot be read.
         """
-        refuse_render_mode(render_mode)
-        self.render_mode = render_mode
+        self.render_mode = checked_render_mode(render_mode)
         self.observation_space, self.action_space = make_spaces()
         self._batch = make_batch(1, omega_v, experiment, controller, body, task)
+        self.metadata = render_metadata(self.metadata, self._batch)
         self._seeded = False
         self._running = False
         self._closed = False
@@ -131,6 +134,16 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
         if action.shape != (2,):
             raise ValueError(f"the action has the shape {action.shape}, but it must be (2,)")
         return self._batch.step_one(*action.tolist())
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """The body now, shape ``(330, 640, 3)``, uint8, drawn in software without a display; ``None`` without a render mode.
+
+        Right is vermilion, left is blue, arrows are the ground's forces; above stand command, speed and time.
+        """
+        if self.render_mode is None:
+            return None
+        self._check_running("render")
+        return self._batch.render([0], RENDER_WIDTH_PX)[0]
 
     def close(self) -> None:
         """Ends the use of the environment; may be called again."""

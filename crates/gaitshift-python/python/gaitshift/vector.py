@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 
 from gaitshift import _native
 from gaitshift._common import (
+    RENDER_MODES,
+    RENDER_WIDTH_PX,
     Command,
     HasParameters,
+    checked_render_mode,
     checked_seed,
     make_batch,
     make_spaces,
-    refuse_render_mode,
+    render_metadata,
     reset_options,
 )
 from gaitshift._motion import Controller
@@ -40,7 +43,11 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
     object array) and ``info["final_info"]``.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "render_fps": 100, "autoreset_mode": AutoresetMode.NEXT_STEP}
+    metadata: dict[str, Any] = {
+        "render_modes": RENDER_MODES,
+        "render_fps": 100,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
 
     def __init__(
         self,
@@ -53,7 +60,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         task: Mapping[str, Any] | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         threads: int = 1,
-        render_mode: None = None,
+        render_mode: str | None = None,
     ) -> None:
         """Prepares the environments; arguments as of the single one, and:
 
@@ -62,12 +69,11 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
             autoreset_mode: how an environment goes on after its episode.
             threads: how many threads share a step; what comes out does not depend on it.
         """
-        refuse_render_mode(render_mode)
+        self.render_mode = checked_render_mode(render_mode)
         self._batch = make_batch(num_envs, omega_v, experiment, controller, body, task, threads)
-        self.render_mode = render_mode
         self.num_envs = num_envs
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
+        self.metadata = {**render_metadata(self.metadata, self._batch), "autoreset_mode": self.autoreset_mode}
         self.single_observation_space, self.single_action_space = make_spaces()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -149,6 +155,13 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         """Changes the command of all environments, or of each by a sequence of ``num_envs`` numbers."""
         self._check_running("set_omega_v")
         self._batch.omega_v = np.broadcast_to(np.asarray(omega_v, dtype=np.float64), (self.num_envs,)).tolist()
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """A picture of every environment as of the single one, in a tuple; ``None`` without a render mode."""
+        if self.render_mode is None:
+            return None
+        self._check_running("render")
+        return tuple(self._batch.render(range(self.num_envs), RENDER_WIDTH_PX))
 
     def close_extras(self, **kwargs: Any) -> None:
         """Nothing is held that would have to be given back."""

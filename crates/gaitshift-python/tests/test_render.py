@@ -1,0 +1,100 @@
+"""Contract: every render mode of Gymnasium that the environments name gives the pictures its wrappers expect, without a
+display: frames of the present state, films of real time by RecordVideo, for one environment and for a vector."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+import gaitshift
+
+ID = "gaitshift/PassiveBiped-v0"
+
+
+def test_frames_show_the_present_state():
+    env = gymnasium.make(ID, render_mode="rgb_array")
+    env.reset(seed=1)
+    first = env.render()
+    assert first.shape == (330, 640, 3)
+    assert first.dtype == np.uint8
+    np.testing.assert_array_equal(first, env.render())
+    env.step(np.array([0.3, -0.3]))
+    second = env.render()
+    assert (first != second).any()
+    # The right leg is vermilion, the left one blue, the paper white.
+    for colour in [(213, 94, 0), (0, 114, 178), (255, 255, 255)]:
+        assert (second == colour).all(axis=2).sum() > 100
+
+
+def test_a_frame_needs_an_episode_and_a_mode():
+    env = gaitshift.PassiveBipedEnv(render_mode="rgb_array")
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.render()
+    plain = gaitshift.PassiveBipedEnv()
+    plain.reset()
+    assert plain.render() is None
+
+
+def test_a_list_of_frames_holds_every_step():
+    env = gymnasium.make(ID, render_mode="rgb_array_list")
+    env.reset(seed=1)
+    for _ in range(4):
+        env.step(np.zeros(2))
+    frames = env.render()
+    assert len(frames) == 5
+    assert all(frame.shape == (330, 640, 3) for frame in frames)
+    assert env.render() == []
+
+
+def test_the_frame_rate_is_that_of_real_time():
+    assert gymnasium.make(ID, render_mode="rgb_array").metadata["render_fps"] == 100
+    slow = gaitshift.PassiveBipedEnv(task={"control_period_s": 0.02}, render_mode="rgb_array")
+    assert slow.metadata["render_fps"] == 50
+    assert gaitshift.PassiveBipedVectorEnv(2, task={"control_period_s": 0.02}).metadata["render_fps"] == 50
+    assert gaitshift.PassiveBipedEnv.metadata["render_fps"] == 100, "an instance does not change its class"
+
+
+def test_a_vector_gives_one_frame_for_each_environment():
+    envs = gymnasium.make_vec(ID, 3, render_mode="rgb_array")
+    envs.reset(seed=1)
+    frames = envs.render()
+    assert len(frames) == 3
+    single = gymnasium.make(ID, render_mode="rgb_array")
+    single.reset(seed=2)
+    np.testing.assert_array_equal(frames[1], single.render())
+    envs.close()
+
+
+def films(folder):
+    return sorted(folder.glob("*.mp4"))
+
+
+def length_s(path):
+    from moviepy import VideoFileClip
+
+    with VideoFileClip(str(path)) as film:
+        return film.duration
+
+
+def test_record_video_films_the_single_environment_in_real_time(tmp_path):
+    pytest.importorskip("moviepy")
+    env = gymnasium.make(ID, render_mode="rgb_array")
+    env = gymnasium.wrappers.RecordVideo(env, str(tmp_path), video_length=50, disable_logger=True)
+    env.reset(seed=1)
+    for _ in range(60):
+        _, _, terminated, truncated, _ = env.step(np.zeros(2))
+        if terminated or truncated:
+            env.reset()
+    env.close()
+    assert films(tmp_path)
+    assert length_s(films(tmp_path)[0]) == pytest.approx(0.5, abs=0.1)
+
+
+def test_record_video_films_the_vector(tmp_path):
+    pytest.importorskip("moviepy")
+    envs = gymnasium.make_vec(ID, 2, render_mode="rgb_array")
+    envs = gymnasium.wrappers.vector.RecordVideo(envs, str(tmp_path), video_length=20, disable_logger=True)
+    envs.reset(seed=1)
+    for _ in range(30):
+        envs.step(np.zeros((2, 2)))
+    envs.close()
+    assert films(tmp_path)
