@@ -30,8 +30,9 @@ fn motion(time_s: f64) -> Frame {
     };
     // A foot that is down stays where it is.
     let psi = |phase: f64| {
+        let phase = if phase > 1.9 { phase - 2.0 } else { phase };
         let ahead_m = (0.5 * share - phase) * speed * step_s;
-        if phase < share {
+        if phase < share + 0.1 {
             (ahead_m / 0.8).asin()
         } else {
             0.0

@@ -28,6 +28,6 @@ pub use rehearsal::{RehearsalParameters, best_walk};
 pub use rollout::{Control, Rollout};
 pub use run_folder::TrainingError;
 pub use schedule::{Course, Schedule};
-pub use simulation::Simulation;
+pub use simulation::{Simulation, recording_row};
 pub use tensorboard::EventWriter;
 pub use training::{Observer, Parts, Progress, RunReport, Training, task_mirror};

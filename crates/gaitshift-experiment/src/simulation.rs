@@ -110,39 +110,60 @@ impl Simulation {
 
     /// The row of the present time, in the order of `gaitshift_analysis::recording::COLUMNS`.
     pub fn row(&self, row: &mut Vec<f64>) {
-        let (environment, report, terms) = (&self.environment, &self.report, &self.terms);
-        let s = &environment.state;
-        let (energy, account) = (self.body.energy(s), &environment.account);
-        row.clear();
-        row.extend([self.time_s(), environment.omega_v, s.x, s.z, s.theta]);
-        row.extend([s.x_dot, s.z_dot, s.theta_dot]);
-        for i in [RIGHT, LEFT] {
-            let leg = &s.legs[i];
-            row.extend([s.phi(i), leg.thigh, leg.d(), leg.w()]);
-            row.extend([s.phi_dot(i), leg.thigh_dot, leg.d_dot(), leg.w_dot()]);
-        }
-        row.extend(self.action.map(f64::from));
-        for i in [RIGHT, LEFT] {
-            row.extend([
-                report.actuator_n[i],
-                report.normal_n[i],
-                report.tangential_n[i],
-            ]);
-        }
-        row.extend([energy.kinetic, energy.gravitational]);
-        row.extend([energy.hip_springs, energy.leg_springs(), energy.elastic()]);
-        row.extend([energy.contact, energy.stops]);
-        row.extend([account.work(), account.positive_work()]);
-        row.extend([account.dampers(), account.contact(), account.stops]);
+        recording_row(
+            &self.body,
+            &self.environment,
+            self.time_s(),
+            self.action.map(f64::from),
+            &self.report,
+            &self.terms,
+            row,
+        );
+    }
+}
+
+/// The row of an environment at `time_s` after a control period under `command` with this report and these terms of the
+/// reward, in the order of `gaitshift_analysis::recording::COLUMNS`.
+pub fn recording_row(
+    body: &Body,
+    environment: &Environment,
+    time_s: f64,
+    command: [f64; ACTION_SIZE],
+    report: &AdvanceReport,
+    terms: &RewardTerms,
+    row: &mut Vec<f64>,
+) {
+    let s = &environment.state;
+    let (energy, account) = (body.energy(s), &environment.account);
+    row.clear();
+    row.extend([time_s, environment.omega_v, s.x, s.z, s.theta]);
+    row.extend([s.x_dot, s.z_dot, s.theta_dot]);
+    for i in [RIGHT, LEFT] {
+        let leg = &s.legs[i];
+        row.extend([s.phi(i), leg.thigh, leg.d(), leg.w()]);
+        row.extend([s.phi_dot(i), leg.thigh_dot, leg.d_dot(), leg.w_dot()]);
+    }
+    row.extend(command);
+    for i in [RIGHT, LEFT] {
         row.extend([
-            terms.sum(),
-            terms.energy,
-            terms.velocity,
-            terms.forward,
-            terms.alive,
-            terms.leg,
-            terms.friction,
-            terms.work,
+            report.actuator_n[i],
+            report.normal_n[i],
+            report.tangential_n[i],
         ]);
     }
+    row.extend([energy.kinetic, energy.gravitational]);
+    row.extend([energy.hip_springs, energy.leg_springs(), energy.elastic()]);
+    row.extend([energy.contact, energy.stops]);
+    row.extend([account.work(), account.positive_work()]);
+    row.extend([account.dampers(), account.contact(), account.stops]);
+    row.extend([
+        terms.sum(),
+        terms.energy,
+        terms.velocity,
+        terms.forward,
+        terms.alive,
+        terms.leg,
+        terms.friction,
+        terms.work,
+    ]);
 }

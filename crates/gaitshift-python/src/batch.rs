@@ -3,17 +3,20 @@
 use crate::controller::Controller;
 use crate::convert::{body_and_task, to_python, value_error};
 use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT};
+use gaitshift_experiment::{Simulation, recording_row};
 use gaitshift_figures::Snapshot;
 use gaitshift_task::{
     EndReason, Environment, OBSERVATION_SIZE, RewardTerms, StepOutcome, TaskParameters,
 };
+use gaitshift_view::{Server, Show, Stopper, ViewOptions, Watched};
 use numpy::ndarray::{Array1, Array2, Array3};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray2, PyUntypedArrayMethods};
-use pyo3::exceptions::PyIndexError;
+use pyo3::exceptions::{PyIndexError, PyOSError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use std::net::{Ipv4Addr, SocketAddr};
 
 /// Terms of the reward, without the symmetry term (7), which only a learner knows.
 const TERMS: usize = RewardTerms::NAMES.len() - 1;
@@ -85,6 +88,9 @@ struct Row {
     terminated: bool,
     truncated: bool,
     info: [f64; INFO_SIZE],
+    /// Terms of the reward and mean forces, for whoever watches.
+    terms: RewardTerms,
+    report: AdvanceReport,
     /// Observation and info of the episode that ended within this step, where a new one has begun.
     last: Option<([f64; OBSERVATION_SIZE], [f64; INFO_SIZE])>,
 }
@@ -123,6 +129,7 @@ impl Setting {
         Row {
             observation: slot.environment.observation(),
             info: self.info(&slot.environment, &RewardTerms::default(), &report, false),
+            report,
             ..Row::default()
         }
     }
@@ -149,6 +156,8 @@ impl Setting {
             terminated: outcome.ended.is_some_and(EndReason::is_termination),
             truncated: outcome.ended == Some(EndReason::TimeLimit),
             info: self.info(environment, &outcome.terms, &report, diverged),
+            terms: outcome.terms,
+            report,
             last: None,
         }
     }
@@ -219,6 +228,21 @@ pub struct Batch {
     slots: Vec<Slot>,
     threads: usize,
     names: Vec<Py<PyString>>,
+    shown: Option<Shown>,
+}
+
+/// The first environment on a page in the browser.
+#[derive(Debug)]
+struct Shown {
+    watched: Watched,
+    stopper: Stopper,
+    row: Vec<f64>,
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        self.stopper.stop();
+    }
 }
 
 type Vector<'py, T> = Bound<'py, PyArray1<T>>;
@@ -273,6 +297,7 @@ impl Batch {
                 omega_v,
             },
             threads,
+            shown: None,
             names: info_names()
                 .iter()
                 .map(|name| PyString::new(py, name).unbind())
@@ -315,6 +340,37 @@ impl Batch {
             slot.environment.omega_v = value;
         }
         Ok(())
+    }
+
+    /// Serves a page on the loopback address that shows the first environment; gives its address. Steps and episodes
+    /// of single environments are shown.
+    fn watch(&mut self, name: &str) -> PyResult<String> {
+        let setting = &self.setting;
+        let options = ViewOptions {
+            address: SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0),
+            names: Vec::new(),
+        };
+        let server = Server::bind(&options).map_err(|e| PyOSError::new_err(e.to_string()))?;
+        let start = BodyState::standing(&setting.body);
+        let metadata = Simulation::new(&setting.body, &setting.task, start, 0.0).metadata(name, 0);
+        let watched = Watched::new(name, setting.body.parameters(), metadata);
+        let (url, stopper) = (server.url(), server.stopper());
+        let show = Show::Watched(watched.clone());
+        std::thread::Builder::new()
+            .name("view".to_owned())
+            .spawn(move || server.run(show))
+            .map_err(|e| PyOSError::new_err(e.to_string()))?;
+        self.shown = Some(Shown {
+            watched,
+            stopper,
+            row: Vec::new(),
+        });
+        Ok(url)
+    }
+
+    /// Ends the page.
+    fn unwatch(&mut self) {
+        self.shown = None;
     }
 
     /// Pictures of the environments of the given indices, shape (rows, columns, 3) each, drawn without the
@@ -398,6 +454,12 @@ impl Batch {
             default_start,
         };
         let row = self.setting.begin(&mut self.slots[index], opening);
+        if index == 0 {
+            if let Some(shown) = &self.shown {
+                shown.watched.begin();
+            }
+            self.show([0.0; 2], &row);
+        }
         Ok((
             PyArray1::from_slice(py, &row.observation),
             self.info(py, &row.info)?,
@@ -409,6 +471,7 @@ impl Batch {
         check_action(right)?;
         check_action(left)?;
         let row = py.detach(|| self.setting.step(&mut self.slots[0], [right, left]));
+        self.show([right, left].map(|c| c.clamp(-1.0, 1.0)), &row);
         Ok((
             PyArray1::from_slice(py, &row.observation),
             row.reward,
@@ -513,6 +576,24 @@ impl Batch {
 }
 
 impl Batch {
+    /// Shows the first environment after a step, if anyone watches.
+    fn show(&mut self, command: [f64; 2], row: &Row) {
+        if let (Some(shown), Some(slot)) = (&mut self.shown, self.slots.first()) {
+            let (setting, environment) = (&self.setting, &slot.environment);
+            let time_s = f64::from(environment.periods) * setting.task.control_period_s;
+            recording_row(
+                &setting.body,
+                environment,
+                time_s,
+                command,
+                &row.report,
+                &row.terms,
+                &mut shown.row,
+            );
+            shown.watched.push(&shown.row);
+        }
+    }
+
     fn slot(&mut self, index: usize) -> PyResult<&mut Slot> {
         let count = self.slots.len();
         self.slots.get_mut(index).ok_or_else(|| {

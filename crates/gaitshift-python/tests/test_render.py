@@ -1,9 +1,15 @@
 """Contract: every render mode of Gymnasium that the environments name gives the pictures its wrappers expect, without a
 display: frames of the present state, films of real time by RecordVideo, for one environment and for a vector."""
 
+import json
+import struct
+import time
+import urllib.request
+
 import gymnasium
 import numpy as np
 import pytest
+from websockets.sync.client import connect
 
 import gaitshift
 
@@ -62,6 +68,35 @@ def test_a_vector_gives_one_frame_for_each_environment():
     single.reset(seed=2)
     np.testing.assert_array_equal(frames[1], single.render())
     envs.close()
+
+
+def test_human_mode_opens_a_page_and_keeps_real_time(monkeypatch):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    env = gaitshift.PassiveBipedEnv(render_mode="human")
+    env.reset(seed=1)
+    assert opened == [env.url]
+    with urllib.request.urlopen(env.url) as page:
+        assert b'data-mode="watch"' in page.read()
+    with connect(env.url.replace("http", "ws") + "socket") as socket:
+        assert json.loads(socket.recv(timeout=20))["type"] == "cast"
+        begin = time.monotonic()
+        for _ in range(20):
+            env.step(np.zeros(2))
+        assert time.monotonic() - begin > 0.15
+        times = []
+        while len(times) < 20:
+            message = socket.recv(timeout=20)
+            if isinstance(message, bytes):
+                times.append(struct.unpack_from("<d", message, 12)[0])
+        assert times == pytest.approx([0.01 * k for k in range(1, 21)])
+    env.reset()
+    assert len(opened) == 1
+    env.close()
+    end = time.monotonic() + 20
+    with pytest.raises(OSError):
+        while time.monotonic() < end:
+            urllib.request.urlopen(env.url).close()
 
 
 def films(folder):

@@ -1,7 +1,9 @@
 // What the hand does: slider, buttons, keys, pushes, body, files.
 const control = {
   socket: null, omega: 0, dragging: false, paused: false, saving: false,
-  send(message) { if (this.socket && this.socket.readyState === 1) this.socket.send(JSON.stringify(message)); },
+  // Where another program moves the body, the hand does nothing.
+  idle: document.documentElement.dataset.mode === "watch",
+  send(message) { if (!this.idle && this.socket && this.socket.readyState === 1) this.socket.send(JSON.stringify(message)); },
 };
 const slider = $("omega");
 
@@ -59,6 +61,7 @@ $("pushForward").addEventListener("click", () => push([Math.abs(+$("force").valu
 // A drag on the stage is a push: body weight for a third of the leg's length, as long as the ground's arrows.
 let drag = null;
 stageCanvas.addEventListener("pointerdown", (event) => {
+  if (control.idle) return;
   const y = event.offsetY, hit = views.find((v) => y >= v.top && y < v.top + v.lane);
   if (!hit) return;
   drag = { view: hit.view, pose: hit.pose, from: [event.offsetX, event.offsetY], to: [event.offsetX, event.offsetY] };
@@ -91,7 +94,7 @@ function drawDrag(context) {
 
 addEventListener("keydown", (event) => {
   const field = event.target.closest && event.target.closest("input[type=number], select, textarea, summary");
-  if (field || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (control.idle || field || event.ctrlKey || event.metaKey || event.altKey) return;
   const button = event.target.closest && event.target.closest("button");
   const own = event.target.type === "range" && event.target !== slider;
   const small = event.shiftKey ? 0.01 : 0.1;

@@ -4,6 +4,7 @@
 //! page draws what it is sent. Page, styles and scripts are part of the program; nothing is fetched from anywhere.
 //!
 //! - [`Server`]: listens and serves a [`Show`]: a live stage, a run's folder, or a recording;
+//! - [`Watched`]: a motion that another program moves;
 //! - [`Stage`]: one or two controllers on their bodies under one slider, without any network;
 //! - [`replay_html`]: a recording as one page that needs no server.
 
@@ -18,13 +19,15 @@ mod save;
 mod server;
 mod socket;
 mod stage;
+mod watch;
 
 pub use actor::Cast;
 pub use history::History;
 pub use message::Request;
 pub use replay::replay_html;
-pub use server::{Server, Show, ViewError, ViewOptions};
+pub use server::{Server, Show, Stopper, ViewError, ViewOptions};
 pub use stage::Stage;
+pub use watch::Watched;
 
 /// Range of the command that the recipes train for, and the shipped controller was.
 pub const RECIPES_RANGE: [f64; 2] = [-0.5, 3.5];

@@ -34,10 +34,10 @@ pub(crate) const fn live_script() -> &'static str {
 /// The script of a replay.
 const REPLAY_SCRIPT: &str = concat!(shared_scripts!(), include_str!("../page/replay.js"));
 
-/// A live page, with or without the curves of a run.
-pub(crate) fn live_html(run: bool) -> String {
+/// A live page: `live`, with the curves of a `run`, or to `watch` only.
+pub(crate) fn live_html(mode: &str) -> String {
     let head = r#"<link rel="icon" href="icon.svg"><link rel="stylesheet" href="page.css"><script src="page.js" defer></script>"#;
-    fill(if run { "run" } else { "live" }, "gaitshift", head, "")
+    fill(mode, "gaitshift", head, "")
 }
 
 /// A page that carries its data, styles and scripts in itself. `data` is JSON.

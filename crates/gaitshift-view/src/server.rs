@@ -3,6 +3,7 @@
 use crate::actor::Cast;
 use crate::guard::{Gate, Names};
 use crate::run_folder::RunView;
+use crate::watch::Watched;
 use crate::{page, socket};
 use axum::Router;
 use axum::extract::{Request, State, WebSocketUpgrade};
@@ -15,7 +16,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use tokio::net::TcpListener;
-use tokio::sync::Semaphore;
+use tokio::sync::{Notify, Semaphore};
 
 /// Live stages at a time; each is a simulation of its own.
 const MOST_STAGES: usize = 16;
@@ -38,6 +39,8 @@ pub enum Show {
     Live(Vec<Cast>),
     /// The folder of a training run, and the cast that stands on the stage at first.
     Run(PathBuf, Box<Cast>),
+    /// A motion that another program moves.
+    Watched(Watched),
     /// A page that needs nothing but itself, as [`crate::replay_html`] makes it.
     Page(String),
 }
@@ -68,6 +71,18 @@ pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
     names: Names,
+    stop: Arc<Notify>,
+}
+
+/// Ends a server from elsewhere.
+#[derive(Debug, Clone)]
+pub struct Stopper(Arc<Notify>);
+
+impl Stopper {
+    /// Lets [`Server::run`] come back, now or as soon as it begins.
+    pub fn stop(&self) {
+        self.0.notify_one();
+    }
 }
 
 /// What all connections share.
@@ -106,6 +121,7 @@ impl Server {
             runtime,
             listener,
             address,
+            stop: Arc::default(),
             names: Names {
                 any_address: !options.address.ip().is_loopback(),
                 names: options.names.clone(),
@@ -128,7 +144,12 @@ impl Server {
         }
     }
 
-    /// Answers until the program ends.
+    /// What ends the server.
+    pub fn stopper(&self) -> Stopper {
+        Stopper(Arc::clone(&self.stop))
+    }
+
+    /// Answers until the program ends, or until it is stopped.
     ///
     /// # Errors
     /// Two casts with different control periods or integration steps; a listener that fails.
@@ -148,7 +169,16 @@ impl Server {
             films: Arc::new(Semaphore::new(MOST_FILMS)),
         });
         let served = axum::serve(Gate::new(self.listener), router(shared)).into_future();
-        self.runtime.block_on(served).map_err(ViewError::Stopped)
+        let stop = self.stop;
+        let outcome = self.runtime.block_on(async {
+            tokio::select! {
+                outcome = served => outcome,
+                () = stop.notified() => Ok(()),
+            }
+        });
+        // Films under way are not waited for.
+        self.runtime.shutdown_background();
+        outcome.map_err(ViewError::Stopped)
     }
 }
 
@@ -233,8 +263,9 @@ async fn part(content: &'static str, kind: &'static str) -> impl IntoResponse {
 async fn index(State(shared): State<Arc<Shared>>) -> Response {
     let html = match &shared.show {
         Show::Page(html) => html.clone(),
-        Show::Live(_) => page::live_html(false),
-        Show::Run(..) => page::live_html(true),
+        Show::Live(_) => page::live_html("live"),
+        Show::Watched(_) => page::live_html("watch"),
+        Show::Run(..) => page::live_html("run"),
     };
     ([(header::CONTENT_TYPE, "text/html; charset=utf-8")], html).into_response()
 }
@@ -253,6 +284,7 @@ async fn open_socket(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrad
     let casts = match &shared.show {
         Show::Live(casts) => casts.clone(),
         Show::Run(_, cast) => vec![(**cast).clone()],
+        Show::Watched(_) => Vec::new(),
         Show::Page(_) => return StatusCode::NOT_FOUND.into_response(),
     };
     let Ok(place) = Arc::clone(&shared.stages).try_acquire_owned() else {
@@ -260,7 +292,10 @@ async fn open_socket(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrad
         return (StatusCode::SERVICE_UNAVAILABLE, reason).into_response();
     };
     socket::limit(upgrade).on_upgrade(move |socket| async move {
-        socket::serve(socket, casts, &shared).await;
+        match &shared.show {
+            Show::Watched(watched) => watched.serve(socket).await,
+            _ => socket::serve(socket, casts, &shared).await,
+        }
         drop(place);
     })
 }

@@ -205,6 +205,7 @@ impl Stage {
 
     /// Another controller on the stage, on its own body.
     pub fn recast(&mut self, cast: Cast) {
+        self.planned.clear();
         self.actors = vec![Actor::new(cast, self.omega_v)];
         self.restart();
     }
@@ -259,32 +260,33 @@ impl Stage {
         let actor = self.actors.get(index)?;
         let rows = (SHOWN_S / actor.control_period_s()).round() as usize + 1;
         let recording = actor.recording(rows.min(MOST_ANALYSED));
-        let rule = GaitRule::default();
-        let support = Support::find(&recording, &rule.contact);
-        let recent = recent(
-            &recording,
-            &support,
-            &rule,
-            recording.len().saturating_sub(1),
-        );
-        let gait = if actor.fell().is_some() {
-            GaitClass::Fallen
-        } else {
-            recent.gait
-        };
-        let times = recording.column(column::TIME_S);
-        Some(Now {
-            gait,
-            time_s: times.last().copied().unwrap_or(0.0),
-            speed_m_per_s: recent.speed_m_per_s,
-            froude: recent.froude,
-            cost_of_transport: recent.cost_of_transport,
-            phases: support
-                .phases()
-                .iter()
-                .map(|p| (phase_code(p.phase), p.start_s, p.end_s))
-                .collect(),
-        })
+        let fallen = actor.fell().map(|_| GaitClass::Fallen);
+        Some(describe(&recording, fallen))
+    }
+}
+
+/// The end of a recording as the page shows it, and the gait that is known otherwise.
+pub(crate) fn describe(recording: &Recording, known: Option<GaitClass>) -> Now {
+    let rule = GaitRule::default();
+    let support = Support::find(recording, &rule.contact);
+    let recent = recent(
+        recording,
+        &support,
+        &rule,
+        recording.len().saturating_sub(1),
+    );
+    let times = recording.column(column::TIME_S);
+    Now {
+        gait: known.unwrap_or(recent.gait),
+        time_s: times.last().copied().unwrap_or(0.0),
+        speed_m_per_s: recent.speed_m_per_s,
+        froude: recent.froude,
+        cost_of_transport: recent.cost_of_transport,
+        phases: support
+            .phases()
+            .iter()
+            .map(|p| (phase_code(p.phase), p.start_s, p.end_s))
+            .collect(),
     }
 }
 

@@ -123,6 +123,9 @@ fn places(a: &RenderArguments) -> Result<Places, Failure> {
         ));
     }
     let ending = |path: &Path| {
+        if is_folder(path) {
+            return None;
+        }
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
         ["gif", "mp4", "webm", "svg", "png"]
             .contains(&ending.as_str())
@@ -197,8 +200,12 @@ fn names_a_file(path: &Path) -> Option<&str> {
     let usual = ending.len() <= 4
         && ending.chars().all(|c| c.is_ascii_alphanumeric())
         && ending.chars().any(|c| c.is_ascii_alphabetic());
-    let folder = path.is_dir() || path.as_os_str().to_string_lossy().ends_with(['/', '\\']);
-    (usual && !folder).then_some(ending)
+    (usual && !is_folder(path)).then_some(ending)
+}
+
+/// Whether a path is a folder, or says that it is to be one.
+fn is_folder(path: &Path) -> bool {
+    path.is_dir() || path.as_os_str().to_string_lossy().ends_with(['/', '\\'])
 }
 
 /// Middle of the time range as far as recorded, in s.

@@ -48,7 +48,7 @@ fn the_ending_of_the_file_says_which_picture_is_drawn() {
 #[test]
 fn a_kind_of_file_that_is_not_written_is_refused() {
     let place = place_with_recording();
-    for name in ["move.mp4", "stride.pdf", "out/stride.jpg", "x.WEBM"] {
+    for name in ["move.avi", "stride.pdf", "out/stride.jpg", "x.MKV"] {
         let words = [name, ".gif", ".svg"];
         place.refused(&format!("render toy.csv --out {name}"), &words);
         assert!(!place.path(name).exists());

@@ -33,16 +33,15 @@ class HasParameters:
         return self._batch.task
 
 
-RENDER_MODES = ["rgb_array"]
 RENDER_WIDTH_PX = 640
 
 
-def checked_render_mode(render_mode: str | None) -> str | None:
+def checked_render_mode(render_mode: str | None, supported: list[str]) -> str | None:
     """The render mode, if it is one. `rgb_array_list` comes from `gymnasium.make`, which wraps the environment for it."""
-    if render_mode is None or render_mode in RENDER_MODES:
+    if render_mode is None or render_mode in supported:
         return render_mode
     # Gymnasium's make_vec_env and its kin try a render mode and go without one on TypeError, as of an unknown argument.
-    raise TypeError(f"render_mode {render_mode!r} is not supported; it must be None or one of {RENDER_MODES}")
+    raise TypeError(f"render_mode {render_mode!r} is not supported; it must be None or one of {supported}")
 
 
 def render_metadata(metadata: Mapping[str, Any], batch: _native.Batch) -> dict[str, Any]:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import sys
+import time
+import webbrowser
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,7 +15,6 @@ from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from numpy.typing import NDArray
 
 from gaitshift._common import (
-    RENDER_MODES,
     RENDER_WIDTH_PX,
     Command,
     HasParameters,
@@ -52,7 +54,7 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     middle of the ranges that starts are drawn from). ``reset(seed=n)`` starts where ``gaitshift evaluate --seed n`` does.
     """
 
-    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": 100}
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 100}
 
     def __init__(
         self,
@@ -73,7 +75,9 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
             controller: take body and task of this controller instead.
             body: parameters of the body that differ, e.g. ``{"friction": 0.6}``.
             task: parameters of the task that differ, e.g. ``{"reward": {"omega_e": 0.1}}``.
-            render_mode: ``"rgb_array"``: :meth:`render` gives a picture. ``gymnasium.make`` also takes ``"rgb_array_list"``.
+            render_mode: ``"rgb_array"``: :meth:`render` gives a picture; ``gymnasium.make`` also takes ``"rgb_array_list"``.
+                ``"human"``: the first reset opens a page in the browser, at :attr:`url`, on which the body moves; steps wait so
+                that it moves in real time.
 
         Raises:
             TypeError: another render mode.
@@ -81,13 +85,16 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
                 used.
             OSError: the controller's file cannot be read.
         """
-        self.render_mode = checked_render_mode(render_mode)
+        self.render_mode = checked_render_mode(render_mode, ["human", "rgb_array"])
         self.observation_space, self.action_space = make_spaces()
         self._batch = make_batch(1, omega_v, experiment, controller, body, task)
         self.metadata = render_metadata(self.metadata, self._batch)
         self._seeded = False
         self._running = False
         self._closed = False
+        self.url: str | None = None
+        """Where the page of the render mode ``human`` is, from the first reset on."""
+        self._due_s = 0.0
 
     @property
     def omega_v(self) -> float:
@@ -115,7 +122,12 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
         if seed is not None or not self._seeded:
             self._batch.seed(0, int(self.np_random.integers(2**63)) if seed is None else seed)
             self._seeded = True
+        if self.render_mode == "human" and self.url is None:
+            self.url = self._batch.watch("gaitshift/PassiveBiped-v0")
+            print(f"watch it at {self.url}", file=sys.stderr)
+            webbrowser.open(self.url)
         observation, info = self._batch.reset_one(0, omega_v, default_start)
+        self._due_s = time.monotonic()
         self._running = True
         return observation, info
 
@@ -133,14 +145,17 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
         action = np.asarray(action, dtype=np.float64)
         if action.shape != (2,):
             raise ValueError(f"the action has the shape {action.shape}, but it must be (2,)")
-        return self._batch.step_one(*action.tolist())
+        outcome = self._batch.step_one(*action.tolist())
+        if self.render_mode == "human":
+            self._wait()
+        return outcome
 
     def render(self) -> NDArray[np.uint8] | None:
-        """The body now, shape ``(330, 640, 3)``, uint8, drawn in software without a display; ``None`` without a render mode.
+        """The body now, shape ``(330, 640, 3)``, uint8, drawn in software without a display; ``None`` in other modes.
 
         Right is vermilion, left is blue, arrows are the ground's forces; above stand command, speed and time.
         """
-        if self.render_mode is None:
+        if self.render_mode != "rgb_array":
             return None
         self._check_running("render")
         return self._batch.render([0], RENDER_WIDTH_PX)[0]
@@ -148,7 +163,17 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     def close(self) -> None:
         """Ends the use of the environment; may be called again."""
         self._closed = True
+        self._batch.unwatch()
         self._running = False
+
+    def _wait(self) -> None:
+        """Until the control period is over on the clock, too; time that was lost is not made up for."""
+        self._due_s += self._batch.task["control_period_s"]
+        ahead_s = self._due_s - time.monotonic()
+        if ahead_s > 0:
+            time.sleep(ahead_s)
+        else:
+            self._due_s = time.monotonic()
 
     def _check_running(self, what: str) -> None:
         if not self._running:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from gaitshift import _native
 from gaitshift._common import (
-    RENDER_MODES,
     RENDER_WIDTH_PX,
     Command,
     HasParameters,
@@ -44,7 +43,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
     """
 
     metadata: dict[str, Any] = {
-        "render_modes": RENDER_MODES,
+        "render_modes": ["rgb_array"],
         "render_fps": 100,
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
@@ -69,7 +68,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
             autoreset_mode: how an environment goes on after its episode.
             threads: how many threads share a step; what comes out does not depend on it.
         """
-        self.render_mode = checked_render_mode(render_mode)
+        self.render_mode = checked_render_mode(render_mode, ["rgb_array"])
         self._batch = make_batch(num_envs, omega_v, experiment, controller, body, task, threads)
         self.num_envs = num_envs
         self.autoreset_mode = AutoresetMode(autoreset_mode)

@@ -1,0 +1,173 @@
+//! A motion that another program moves, shown while it moves: whoever looks sees the same.
+
+use crate::message::{ActorMessage, CastMessage, NowMessage, Samples, sample_columns};
+use crate::stage::{self, Now};
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
+use futures_util::SinkExt;
+use futures_util::stream::StreamExt;
+use gaitshift_analysis::recording::{COLUMNS, Column, Recording, RecordingMetadata};
+use gaitshift_body::BodyParameters;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use tokio::sync::broadcast;
+use tokio::time::timeout;
+
+/// Messages that a slow page may lag behind; it loses what is older.
+const MOST_WAITING: usize = 256;
+const SEND_TIMEOUT: Duration = Duration::from_secs(20);
+/// Rows from which the figures are taken, and rows between two sets of them.
+const MOST_ROWS: usize = 800;
+const ROWS_PER_FIGURES: u64 = 10;
+
+/// A motion to be watched. Clones show the same motion.
+#[derive(Debug, Clone)]
+pub struct Watched {
+    shared: Arc<Inner>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    name: String,
+    body: BodyParameters,
+    metadata: RecordingMetadata,
+    columns: Vec<Column>,
+    sender: broadcast::Sender<Message>,
+    state: Mutex<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    epoch: u32,
+    count: u64,
+    rows: VecDeque<f64>,
+}
+
+impl Watched {
+    /// A motion of a body, which recordings of it would describe by `metadata`.
+    pub fn new(name: &str, body: &BodyParameters, metadata: RecordingMetadata) -> Self {
+        Self {
+            shared: Arc::new(Inner {
+                name: name.to_owned(),
+                body: body.clone(),
+                metadata,
+                columns: sample_columns(),
+                sender: broadcast::channel(MOST_WAITING).0,
+                state: Mutex::default(),
+            }),
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.shared
+            .state
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A motion begins: what is pushed from here on does not go on from what was before.
+    pub fn begin(&self) {
+        let mut state = self.state();
+        state.epoch += 1;
+        state.rows.clear();
+    }
+
+    /// Shows the next row, in the order of the recording's columns.
+    pub fn push(&self, row: &[f64]) {
+        if row.len() != COLUMNS.len() {
+            return;
+        }
+        let mut state = self.state();
+        state.count += 1;
+        if state.rows.len() >= MOST_ROWS * COLUMNS.len() {
+            state.rows.drain(..COLUMNS.len());
+        }
+        state.rows.extend(row);
+        // Nobody has to look.
+        if self.shared.sender.receiver_count() == 0 {
+            return;
+        }
+        let mut samples = Samples::new(0, state.epoch);
+        samples.push(row, [0.0; 2], &self.shared.columns);
+        let _ = self
+            .shared
+            .sender
+            .send(Message::Binary(samples.finish().into()));
+        if state.count.is_multiple_of(ROWS_PER_FIGURES)
+            && let Some(text) = self.figures(&state)
+        {
+            let _ = self.shared.sender.send(text);
+        }
+    }
+
+    fn figures(&self, state: &State) -> Option<Message> {
+        let mut recording = Recording::new(self.shared.metadata.clone());
+        let mut row = Vec::with_capacity(COLUMNS.len());
+        for k in 0..state.rows.len() / COLUMNS.len() {
+            row.clear();
+            row.extend(state.rows.range(k * COLUMNS.len()..(k + 1) * COLUMNS.len()));
+            if recording.push_row(&row).is_err() {
+                break;
+            }
+        }
+        let now: Now = stage::describe(&recording, None);
+        let omega_v = row.get(1).copied().unwrap_or(0.0);
+        text(&NowMessage {
+            epoch: state.epoch,
+            omega_v,
+            paused: false,
+            pace: 1.0,
+            dropped: 0,
+            behind_s: 0.0,
+            actors: vec![now],
+        })
+    }
+
+    fn cast(&self) -> Option<Message> {
+        let Inner { name, body, .. } = &*self.shared;
+        text(&CastMessage {
+            epoch: self.state().epoch,
+            control_period_s: self.shared.metadata.control_period_s,
+            actors: vec![ActorMessage {
+                name,
+                trained: crate::RECIPES_RANGE,
+                body,
+                given: body,
+                weight_n: body.total_mass_kg() * body.gravity_m_per_s2,
+            }],
+            films: false,
+            version: env!("CARGO_PKG_VERSION"),
+        })
+    }
+
+    /// Shows the motion to a page until it is closed. What the page says is not listened to.
+    pub(crate) async fn serve(&self, socket: WebSocket) {
+        let (mut sink, mut stream) = socket.split();
+        let mut motion = self.shared.sender.subscribe();
+        let mut next = self.cast();
+        loop {
+            if let Some(message) = next.take() {
+                match timeout(SEND_TIMEOUT, sink.send(message)).await {
+                    Ok(Ok(())) => {}
+                    _ => break,
+                }
+            }
+            tokio::select! {
+                message = motion.recv() => match message {
+                    Ok(message) => next = Some(message),
+                    Err(broadcast::error::RecvError::Lagged(_)) => {}
+                    Err(broadcast::error::RecvError::Closed) => break,
+                },
+                heard = stream.next() => match heard {
+                    Some(Ok(Message::Close(_)) | Err(_)) | None => break,
+                    Some(Ok(_)) => {}
+                },
+            }
+        }
+    }
+}
+
+fn text(message: &impl serde::Serialize) -> Option<Message> {
+    let json = serde_json::to_string(message).ok()?;
+    Some(Message::Text(Utf8Bytes::from(json)))
+}
