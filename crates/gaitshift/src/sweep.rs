@@ -90,8 +90,9 @@ fn foretell(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<(), Failure> {
         let (trial_s, seeds) = (steps as f64 / rate, 1 + trials.count());
         all_s += trial_s * seeds as f64;
         output::line(&format!(
-            "{}: {seeds} seeds of {} steps, {rate:.0} steps/s, {} each",
+            "{}: {seeds} seed{} of {} steps, {rate:.0} steps/s, {} each",
             variant.name,
+            if seeds == 1 { "" } else { "s" },
             count(steps),
             duration(trial_s)
         ))?;
