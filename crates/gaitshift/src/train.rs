@@ -5,7 +5,6 @@ use crate::failure::Failure;
 use crate::output;
 use crate::progress::{Watcher, count, duration};
 use crate::view;
-use gaitshift_experiment::{Experiment, RunReport, Training, portable_command};
 use gaitshift_experiment::{Experiment, RunReport, Training, folder_name, portable_command};
 use gaitshift_figures::episode_returns_figure;
 use serde::Serialize;
