@@ -20,13 +20,12 @@ from compare import ACTIONS, BATCH, Failure, build, flop_per_update, table
 UPDATES = 20
 # What a function is for, by the first pattern found in its name.
 PARTS = [
-    ("products that leave out zeros", r"sparse::(marked|strip)"),
-    ("marking zeros", r"sparse::"),
-    ("dense products: first layers, their weights' gradients", r"dense::"),
-    ("Adam, targets, sums of gradients", r"adam::|finish|add_up"),
-    ("output layers and biases", r"project|output_back|outputs_back|column_sums|sum_all_rows|tail_gradient|seed_sel|mask_sel"),
+    ("products of matrices", r"product::|sparse::|dense::"),
+    ("marking zeros", r"pattern::"),
+    ("Adam, targets, sums of gradients", r"adam::|optimiser::|add_up"),
+    ("output layers and biases", r"output_layer::|sums::|tail_gradient|seed_sel|mask_sel"),
     ("copies of weights for the backward pass", r"refresh|transpose"),
-    ("squashed Gaussian", r"gaussian::"),
+    ("squashed Gaussian", r"gaussian::|run_loop"),
     ("drawing batches and noise", r"replay::|fill_normal|random::|Agent::update|mem(cpy|move)|xoshiro|ziggurat"),
 ]
 

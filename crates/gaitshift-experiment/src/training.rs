@@ -360,7 +360,7 @@ impl Training {
         let sizes = |r: &ReplayBuffer| {
             (
                 r.capacity(),
-                r.streams(),
+                r.environments(),
                 r.observation_size(),
                 r.action_size(),
             )

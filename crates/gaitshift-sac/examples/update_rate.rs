@@ -11,12 +11,13 @@
 #[path = "../../../benchmarks/protocol.rs"]
 mod protocol;
 
+use gaitshift_nn::simd::{self, Level};
 use gaitshift_sac::{Agent, ReplayBuffer, SacConfig, SacError, Transitions};
 
 /// Sizes of the biped's task.
 const OBSERVATIONS: usize = 14;
 const ACTIONS: usize = 2;
-const STREAMS: usize = 8;
+const ENVIRONMENTS: usize = 8;
 /// Updates between two looks at the clock.
 const BLOCK: u32 = 5;
 
@@ -31,11 +32,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 continue;
             }
             "--avx2" => {
-                gaitshift_sac::dense::use_avx2_at_most();
+                simd::limit(Level::Avx2);
                 continue;
             }
             "--count-zeros" => {
-                gaitshift_sac::sparse::count_zeros_too();
+                gaitshift_nn::sparse::count_zeros_too();
                 continue;
             }
             "--hidden" => &mut hidden,
@@ -90,27 +91,27 @@ fn peak_resident_bytes() -> Option<u64> {
 
 /// Transitions without meaning but with plausible magnitudes.
 fn filled_replay(transitions: usize) -> Result<ReplayBuffer, SacError> {
-    let mut replay = ReplayBuffer::new(transitions, STREAMS, OBSERVATIONS, ACTIONS)?;
+    let mut replay = ReplayBuffer::new(transitions, ENVIRONMENTS, OBSERVATIONS, ACTIONS)?;
     let numbers = |count: usize, step: usize, scale: f32| -> Vec<f32> {
         (0..count)
             .map(|index| scale * ((index * 37 + step * 101) as f32).sin())
             .collect()
     };
-    for step in 0..transitions / STREAMS {
-        let terminated: Vec<bool> = (0..STREAMS)
-            .map(|stream| (step * 3 + stream) % 500 == 0)
+    for step in 0..transitions / ENVIRONMENTS {
+        let terminated: Vec<bool> = (0..ENVIRONMENTS)
+            .map(|environment| (step * 3 + environment) % 500 == 0)
             .collect();
         replay.push(Transitions {
-            observations: &numbers(STREAMS * OBSERVATIONS, step, 1.0),
-            actions: &numbers(STREAMS * ACTIONS, step, 0.9),
-            log_probs: &[-1.0; STREAMS],
-            rewards: &numbers(STREAMS, step, 0.5),
-            entropy_scales: &[1.0; STREAMS],
-            horizon_scales: &[1.0; STREAMS],
-            next_observations: &numbers(STREAMS * OBSERVATIONS, step + 1, 1.0),
+            observations: &numbers(ENVIRONMENTS * OBSERVATIONS, step, 1.0),
+            actions: &numbers(ENVIRONMENTS * ACTIONS, step, 0.9),
+            log_probs: &[-1.0; ENVIRONMENTS],
+            rewards: &numbers(ENVIRONMENTS, step, 0.5),
+            entropy_scales: &[1.0; ENVIRONMENTS],
+            horizon_scales: &[1.0; ENVIRONMENTS],
+            next_observations: &numbers(ENVIRONMENTS * OBSERVATIONS, step + 1, 1.0),
             terminated: &terminated,
-            truncated: &[false; STREAMS],
-            valid: &[true; STREAMS],
+            truncated: &[false; ENVIRONMENTS],
+            valid: &[true; ENVIRONMENTS],
         })?;
     }
     Ok(replay)

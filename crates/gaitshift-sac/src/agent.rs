@@ -1,5 +1,6 @@
 //! The learner with its random numbers: acts, learns from a replay buffer, can be saved and resumed.
 
+use gaitshift_nn::Workers;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::config::{SacConfig, Temperature, require};
@@ -10,7 +11,6 @@ use crate::policy::{Policy, PolicyScratch};
 use crate::random::{correlated_normal, fill_normal, streams};
 use crate::rehearsal::{Rehearsal, Rehearsed};
 use crate::replay::{Batch, ReplayBuffer, Sampling, length};
-use crate::workers::Workers;
 
 /// Random streams of a run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -188,7 +188,7 @@ impl Agent {
 
     /// The threads of the updates, to share out other work between two of them.
     pub fn workers(&mut self) -> &mut Workers {
-        self.learner.workers()
+        &mut self.learner.workers
     }
 
     fn change(&mut self, change: impl FnOnce(&mut SacConfig)) -> Result<(), SacError> {

@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
+use gaitshift_nn::{Mlp, MlpShape, NamedTensor, Trained};
 use safetensors::tensor::{Dtype, SafeTensors, View};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -16,11 +17,8 @@ use serde::{Deserialize, Serialize};
 use crate::agent::{Agent, Streams};
 use crate::config::SacConfig;
 use crate::error::SacError;
-use crate::learner::{
-    TemperatureState, Trained, UpdateStats, actor_shape, check_sizes, critic_shape,
-};
+use crate::learner::{TemperatureState, UpdateStats, actor_shape, check_sizes, critic_shape};
 use crate::mirror::Mirror;
-use crate::network::{Mlp, MlpShape, NamedTensor};
 use crate::rehearsal::Rehearsal;
 use crate::replay::ReplayBuffer;
 
@@ -61,7 +59,9 @@ struct ReplayHeader {
     format: u32,
     observation_size: usize,
     action_size: usize,
-    streams: usize,
+    /// Under the name it had when the format was made.
+    #[serde(rename = "streams")]
+    environments: usize,
     rows: usize,
     filled: usize,
     head: usize,
@@ -467,7 +467,7 @@ impl ReplayBuffer {
             format: FORMAT,
             observation_size: self.observation_size,
             action_size: self.action_size,
-            streams: self.streams,
+            environments: self.environments,
             rows: self.rows,
             filled: self.filled,
             head: self.head,
@@ -511,10 +511,10 @@ impl ReplayBuffer {
     pub fn load(path: &Path) -> Result<Self, SacError> {
         let bytes = Reader::read(path)?;
         let (reader, header) = Reader::open::<ReplayHeader>(REPLAY, REPLAY_KEY, path, &bytes)?;
-        let capacity = header.rows.saturating_mul(header.streams);
+        let capacity = header.rows.saturating_mul(header.environments);
         let mut buffer = Self::new(
             capacity,
-            header.streams,
+            header.environments,
             header.observation_size,
             header.action_size,
         )

@@ -46,13 +46,13 @@ pub enum SacError {
     },
     /// A number that is not finite was about to be stored.
     #[error(
-        "`{what}` of stream {stream} is not finite: store a diverged step with `valid` false, or end the run"
+        "row {row} of `{what}` holds a number that is not finite: store a diverged step with `valid` false, or end the run"
     )]
     NotFinite {
         /// Which slice.
         what: &'static str,
-        /// Which environment.
-        stream: usize,
+        /// Which row, counted from 0: an environment or a remembered pair.
+        row: usize,
     },
     /// Nothing to learn from yet.
     #[error("the replay buffer holds no valid transition: collect experience before updating")]

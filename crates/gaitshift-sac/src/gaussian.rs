@@ -3,8 +3,8 @@
 //! A policy network gives `2 × actions` numbers per row: the means, then the logarithms of the deviations, clamped
 //! to [`LOG_DEVIATION_MIN`], [`LOG_DEVIATION_MAX`] with zero gradient outside.
 
-use crate::lanes::LANES;
-use crate::real::{Real, wide};
+use gaitshift_nn::simd::{LANES, Loop, run_loop};
+use gaitshift_nn::{Real, Scalar};
 
 /// Least logarithm of a deviation (0.0067 before the tanh): exploration never quite ends and the
 /// log-probability stays bounded.
@@ -39,13 +39,45 @@ fn advance(size: usize, row: &mut usize, index: &mut usize) {
     }
 }
 
-wide! {
-    /// Draws actions (rows × `size`) and their log-probabilities (rows) for the outputs `out`
-    /// (rows × 2 `size`) of a policy network and the standard normal numbers `noise` (rows × `size`).
-    ///
-    /// ln π = Σ [ −ε²/2 − ln σ − ln √(2π) − ln(1 − tanh² u) ], with
-    /// ln(1 − tanh² u) = 2 (ln 2 − u − softplus(−2u)), which is exact for large |u| too.
-    pub fn sample<T, V>(size: usize, out: &[T], noise: &[T], actions: &mut [T], log_probs: &mut [T]) {
+/// Draws actions (rows × `size`) and their log-probabilities (rows) for the outputs `out`
+/// (rows × 2 `size`) of a policy network and the standard normal numbers `noise` (rows × `size`).
+///
+/// ln π = Σ [ −ε²/2 − ln σ − ln √(2π) − ln(1 − tanh² u) ], with
+/// ln(1 − tanh² u) = 2 (ln 2 − u − softplus(−2u)), which is exact for large |u| too.
+pub fn sample<T: Scalar>(
+    size: usize,
+    out: &[T],
+    noise: &[T],
+    actions: &mut [T],
+    log_probs: &mut [T],
+) {
+    run_loop(Sample {
+        size,
+        out,
+        noise,
+        actions,
+        log_probs,
+    });
+}
+
+struct Sample<'a, T> {
+    size: usize,
+    out: &'a [T],
+    noise: &'a [T],
+    actions: &'a mut [T],
+    log_probs: &'a mut [T],
+}
+
+impl<T: Scalar> Loop for Sample<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            size,
+            out,
+            noise,
+            actions,
+            log_probs,
+        } = self;
         let two = T::from_f64(2.0);
         let half = T::from_f64(0.5);
         let constant = T::from_f64(HALF_LOG_TWO_PI);
@@ -73,7 +105,8 @@ wide! {
                 let softplus = (if u < T::ZERO { -(two * u) } else { T::ZERO })
                     + (-(two * u.abs())).exp().ln_1p_unit();
                 let log_slope = two * (ln_2 - u - softplus);
-                terms[lane] = -(half * draws[lane] * draws[lane]) - log_deviation - constant - log_slope;
+                terms[lane] =
+                    -(half * draws[lane] * draws[lane]) - log_deviation - constant - log_slope;
             }
             actions[first..first + count].copy_from_slice(&squashed[..count]);
             (row, index) = (first_row, first_index);
@@ -85,10 +118,25 @@ wide! {
     }
 }
 
-wide! {
-    /// Actions tanh(mean) (rows × `size`) for the outputs `out` (rows × 2 `size`).
-    pub fn mean_action<T, V>(size: usize, out: &[T], actions: &mut [T]) {
-        for (out, actions) in out.chunks_exact(2 * size).zip(actions.chunks_exact_mut(size)) {
+/// Actions tanh(mean) (rows × `size`) for the outputs `out` (rows × 2 `size`).
+pub fn mean_action<T: Scalar>(size: usize, out: &[T], actions: &mut [T]) {
+    run_loop(MeanAction { size, out, actions });
+}
+
+struct MeanAction<'a, T> {
+    size: usize,
+    out: &'a [T],
+    actions: &'a mut [T],
+}
+
+impl<T: Scalar> Loop for MeanAction<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { size, out, actions } = self;
+        for (out, actions) in out
+            .chunks_exact(2 * size)
+            .zip(actions.chunks_exact_mut(size))
+        {
             for (action, &mean) in actions.iter_mut().zip(out) {
                 *action = mean.tanh();
             }
@@ -96,23 +144,62 @@ wide! {
     }
 }
 
-wide! {
-    /// Derivative in the outputs `out` of a loss whose derivatives in the actions and log-probabilities are given.
-    ///
-    /// With ε held: d ln π / d u = 2 tanh u, d ln π / d ln σ = −1 directly, d u / d ln σ = σ ε,
-    /// d a / d u = 1 − a². `weight` × rows scale: `d_log_prob` is per row, `d_action` per action.
-    pub fn sample_back<T, V>(
-        size: usize,
-        out: &[T],
-        noise: &[T],
-        actions: &[T],
-        d_log_prob: &[T],
-        d_action: &[T],
-        d_out: &mut [T],
-    ) {
+/// Derivative in the outputs `out` of a loss whose derivatives in the actions and log-probabilities are given.
+///
+/// With ε held: d ln π / d u = 2 tanh u, d ln π / d ln σ = −1 directly, d u / d ln σ = σ ε,
+/// d a / d u = 1 − a². `weight` × rows scale: `d_log_prob` is per row, `d_action` per action.
+pub fn sample_back<T: Scalar>(
+    size: usize,
+    out: &[T],
+    noise: &[T],
+    actions: &[T],
+    d_log_prob: &[T],
+    d_action: &[T],
+    d_out: &mut [T],
+) {
+    run_loop(SampleBack {
+        size,
+        out,
+        noise,
+        actions,
+        d_log_prob,
+        d_action,
+        d_out,
+    });
+}
+
+struct SampleBack<'a, T> {
+    size: usize,
+    out: &'a [T],
+    noise: &'a [T],
+    actions: &'a [T],
+    d_log_prob: &'a [T],
+    d_action: &'a [T],
+    d_out: &'a mut [T],
+}
+
+impl<T: Scalar> Loop for SampleBack<'_, T> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            size,
+            out,
+            noise,
+            actions,
+            d_log_prob,
+            d_action,
+            d_out,
+        } = self;
         let two = T::from_f64(2.0);
-        let (low, high) = (T::from_f64(LOG_DEVIATION_MIN), T::from_f64(LOG_DEVIATION_MAX));
-        for (row, (out, d_out)) in out.chunks_exact(2 * size).zip(d_out.chunks_exact_mut(2 * size)).enumerate() {
+        let (low, high) = (
+            T::from_f64(LOG_DEVIATION_MIN),
+            T::from_f64(LOG_DEVIATION_MAX),
+        );
+        for (row, (out, d_out)) in out
+            .chunks_exact(2 * size)
+            .zip(d_out.chunks_exact_mut(2 * size))
+            .enumerate()
+        {
             let d_log_prob = d_log_prob[row];
             for index in 0..size {
                 let place = row * size + index;

@@ -14,8 +14,8 @@
 //! 4. temperature, where learned: one Adam step down −ln α mean(ln π + target entropy).
 //!
 //! Where to look: [`Agent`] acts, learns, is saved and resumed; [`ReplayBuffer`] keeps experience; [`Policy`] is the
-//! actor alone, for controllers; [`SacConfig`] holds the settings; [`Learner`] is the update, generic in the scalar, which
-//! the tests run in `f64`.
+//! actor alone, for controllers; [`SacConfig`] holds the settings; [`Learner`] is the update (`update.rs`, its losses in
+//! `losses.rs`), generic in the scalar, which the tests run in `f64`. Its golden reference is `tools/golden/sac_update.py`.
 //!
 //! ```
 //! use gaitshift_sac::{Agent, ReplayBuffer, SacConfig, Transitions};
@@ -54,40 +54,35 @@
 //! logarithm in rare draws of the normal distribution.
 //!
 //! # How it is fast
-//! Weights stay in the layout of the kernels ([`dense`]); what a rectifier made zero is left out of the products behind it
-//! ([`sparse`]); a batch is worked on in chunks of [`CHUNK`] rows that stay in a
+//! By the networks of [`gaitshift_nn`]; a batch is worked on in chunks of [`CHUNK`] rows that stay in a
 //! core's cache from observation to gradient; derivatives that nobody needs are not computed (of the critics in the
 //! actor's step, only the smaller one's derivative in the actions); nothing is allocated after the start.
 
-mod adam;
+#![forbid(unsafe_code)]
+
 mod agent;
 mod checkpoint;
 mod config;
-pub mod dense;
 mod error;
 pub mod gaussian;
-mod lanes;
 mod learner;
+mod losses;
 mod mirror;
-pub mod network;
 mod policy;
 mod random;
-mod real;
 mod rehearsal;
 mod replay;
-pub mod sparse;
-mod workers;
+mod update;
+
+pub use gaitshift_nn::{MlpShape, NamedTensor};
 
 pub use agent::Agent;
 pub use config::{SacConfig, Temperature};
 pub use error::SacError;
-pub use learner::{CHUNK, Learner, Noise, TemperatureState, Trained, UpdateStats};
+pub use learner::{Learner, Noise, TemperatureState, UpdateStats};
+pub use losses::CHUNK;
 pub use mirror::{Mirror, reflect};
-pub use network::{Mlp, MlpShape, NamedTensor};
 pub use policy::{Policy, PolicyError};
 pub use random::streams;
-pub use real::{Buffer, LINE, Real};
 pub use rehearsal::{Rehearsal, Rehearsed};
 pub use replay::{Batch, ReplayBuffer, Sampling, Transitions};
-pub use sparse::Pattern;
-pub use workers::{Gate, Workers};

@@ -1,9 +1,9 @@
 //! Mirror images of observations and actions as signed permutations.
 
+use gaitshift_nn::Scalar;
 use serde::{Deserialize, Serialize};
 
 use crate::error::SacError;
-use crate::real::Real;
 
 /// Left-right mirror of a task: mirrored\[i\] = sign\[i\] · original\[source\[i\]\].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,7 +46,7 @@ fn check(what: &'static str, map: &[(usize, f32)], size: usize) -> Result<(), Sa
 }
 
 /// Writes the mirror image of `from` to `to`.
-pub fn reflect<T: Real>(map: &[(usize, f32)], from: &[T], to: &mut [T]) {
+pub fn reflect<T: Scalar>(map: &[(usize, f32)], from: &[T], to: &mut [T]) {
     for (to, &(source, sign)) in to.iter_mut().zip(map) {
         *to = if sign < 0.0 {
             -from[source]

@@ -1,11 +1,11 @@
 //! The actor alone: what a controller needs.
 
+use gaitshift_nn::{Activations, Mlp, MlpShape, NamedTensor};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::error::SacError;
 use crate::gaussian;
-use crate::learner::CHUNK;
-use crate::network::{Activations, Mlp, MlpShape, NamedTensor};
+use crate::losses::CHUNK;
 use crate::random::fill_normal;
 use crate::replay::length;
 

@@ -16,12 +16,6 @@ pub fn streams<const COUNT: usize>(seed: u64) -> [Xoshiro256PlusPlus; COUNT] {
     })
 }
 
-/// Uniform in `low..high`, with 53 bits.
-pub fn uniform(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
-    let unit = (rng.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64);
-    low + (high - low) * unit
-}
-
 /// Uniform in `0..bound`, `bound` at least 1; the bias of the multiplication is below 2^-32 for any bound in use.
 pub fn below(rng: &mut impl Rng, bound: usize) -> usize {
     ((u128::from(rng.next_u64()) * bound as u128) >> 64) as usize

@@ -3,13 +3,13 @@
 //! A network that learns a new skill loses an old one that shares its weights. Rehearsal adds
 //! w · mean |μ(s) − a|² over remembered pairs (s, a) to the actor's loss; the critics know nothing of it.
 
+use gaitshift_nn::Scalar;
 use rand::Rng;
 
 use crate::config::require;
 use crate::error::SacError;
 use crate::mirror::{Mirror, reflect};
 use crate::random::below;
-use crate::real::Real;
 use crate::replay::length;
 
 /// Remembered pairs of observation and action.
@@ -45,7 +45,7 @@ impl Rehearsal {
             let action = &actions[row * action_size..][..action_size];
             if !state.iter().all(|value| value.is_finite()) {
                 let what = "rehearsal observations";
-                return Err(SacError::NotFinite { what, stream: row });
+                return Err(SacError::NotFinite { what, row });
             }
             let inside = action.iter().all(|value| value.abs() <= 1.0);
             require(inside, "rehearsal action", &action, "in [-1, 1]")?;
@@ -119,7 +119,7 @@ pub struct Rehearsed<T> {
     pub actions: Vec<T>,
 }
 
-impl<T: Real> Rehearsed<T> {
+impl<T: Scalar> Rehearsed<T> {
     /// Rows of zeros.
     pub fn zeros(rows: usize, observation_size: usize, action_size: usize) -> Self {
         Self {
@@ -131,7 +131,7 @@ impl<T: Real> Rehearsed<T> {
 
 /// Derivative of weight · Σ |μ(s) − a|² in the actor's outputs (means, then deviations, which it leaves
 /// alone), and the unweighted sum.
-pub(crate) fn imitate<T: Real>(
+pub(crate) fn imitate<T: Scalar>(
     size: usize,
     out: &[T],
     actions: &[T],

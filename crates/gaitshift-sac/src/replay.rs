@@ -1,18 +1,18 @@
 //! Replay buffer of several environments stepped together.
 //!
-//! A ring of time rows; each row holds one transition of every stream (environment), so the successor of a
-//! transition is one row further in the same stream and an n-step window is a walk along it. The time
+//! A ring of time rows; each row holds one transition of every environment, so the successor of a
+//! transition is one row further in the same environment and an n-step window is a walk along it. The time
 //! limit is *truncation*: the window stops and bootstraps. Only termination cuts the future off.
 
 use std::ops::Range;
 
+use gaitshift_nn::{Scalar, prefetch};
 use rand::Rng;
 
 use crate::config::{SIZE_MAX, require};
 use crate::error::SacError;
 use crate::mirror::{Mirror, reflect};
 use crate::random::below;
-use crate::real::Real;
 
 /// Numbers of a transition besides observations and action.
 const EXTRAS: usize = 4;
@@ -26,12 +26,12 @@ const TERMINATED: u8 = 1;
 const TRUNCATED: u8 = 2;
 const INVALID: u8 = 4;
 
-/// One step of all streams, stream after stream.
+/// One step of all environments, environment after environment.
 #[derive(Clone, Copy, Debug)]
 pub struct Transitions<'a> {
-    /// Streams × observation size: where the action was taken.
+    /// Environments × observation size: where the action was taken.
     pub observations: &'a [f32],
-    /// Streams × action size.
+    /// Environments × action size.
     pub actions: &'a [f32],
     /// ln π of each action under the policy that took it; used for n-step sums only.
     pub log_probs: &'a [f32],
@@ -43,7 +43,7 @@ pub struct Transitions<'a> {
     /// Factor, above 0, on the horizon 1 / (1 - γ) for each transition: how far ahead its state looks. 1
     /// otherwise.
     pub horizon_scales: &'a [f32],
-    /// Streams × observation size: where the action led, before any reset.
+    /// Environments × observation size: where the action led, before any reset.
     pub next_observations: &'a [f32],
     /// The task ended: nothing follows.
     pub terminated: &'a [bool],
@@ -86,7 +86,7 @@ pub struct Batch<T> {
     pub next_observations: Vec<T>,
 }
 
-impl<T: Real> Batch<T> {
+impl<T: Scalar> Batch<T> {
     /// A batch of zeros.
     pub fn zeros(rows: usize, observation_size: usize, action_size: usize) -> Self {
         let column = || vec![T::ZERO; rows];
@@ -127,7 +127,7 @@ impl<T: Real> Batch<T> {
 pub struct ReplayBuffer {
     pub(crate) observation_size: usize,
     pub(crate) action_size: usize,
-    pub(crate) streams: usize,
+    pub(crate) environments: usize,
     /// Time rows of the ring.
     pub(crate) rows: usize,
     /// Time rows written so far, at most `rows`.
@@ -143,22 +143,22 @@ pub struct ReplayBuffer {
 }
 
 impl ReplayBuffer {
-    /// An empty buffer of at most `capacity` transitions (rounded down to whole time rows) of `streams`
+    /// An empty buffer of at most `capacity` transitions (rounded down to whole time rows) of `environments`
     /// environments.
     ///
     /// # Errors
     /// When a size is 0 or the capacity does not hold one row.
     pub fn new(
         capacity: usize,
-        streams: usize,
+        environments: usize,
         observation_size: usize,
         action_size: usize,
     ) -> Result<Self, SacError> {
         let sizes = 1..=SIZE_MAX;
         require(
-            sizes.contains(&streams),
-            "streams",
-            &streams,
+            sizes.contains(&environments),
+            "environments",
+            &environments,
             "from 1 to 65536",
         )?;
         require(
@@ -175,19 +175,19 @@ impl ReplayBuffer {
         )?;
         let width = 2 * observation_size + action_size + EXTRAS;
         require(
-            capacity >= streams,
+            capacity >= environments,
             "replay_capacity",
             &capacity,
-            "at least the number of streams",
+            "at least the number of environments",
         )?;
-        let rows = capacity / streams;
+        let rows = capacity / environments;
         // Address space is taken at once, so that a capacity beyond the machine's memory is an error here;
         // memory itself is used as the ring fills.
         let (mut data, mut flags) = (Vec::new(), Vec::new());
-        let reserved = (rows * streams)
+        let reserved = (rows * environments)
             .checked_mul(width)
             .is_some_and(|len| data.try_reserve_exact(len).is_ok())
-            && flags.try_reserve_exact(rows * streams).is_ok();
+            && flags.try_reserve_exact(rows * environments).is_ok();
         require(
             reserved,
             "replay_capacity",
@@ -197,7 +197,7 @@ impl ReplayBuffer {
         Ok(Self {
             observation_size,
             action_size,
-            streams,
+            environments,
             rows,
             filled: 0,
             head: 0,
@@ -209,7 +209,7 @@ impl ReplayBuffer {
 
     /// Transitions held, gaps included.
     pub fn len(&self) -> usize {
-        self.filled * self.streams
+        self.filled * self.environments
     }
 
     /// Whether nothing was stored yet.
@@ -224,12 +224,12 @@ impl ReplayBuffer {
 
     /// Greatest number of transitions.
     pub fn capacity(&self) -> usize {
-        self.rows * self.streams
+        self.rows * self.environments
     }
 
     /// Environments.
-    pub fn streams(&self) -> usize {
-        self.streams
+    pub fn environments(&self) -> usize {
+        self.environments
     }
 
     /// Numbers per observation.
@@ -282,14 +282,14 @@ impl ReplayBuffer {
         &self.data[slot * width..][..width]
     }
 
-    /// Stores one step of every stream, over the oldest where the ring is full.
+    /// Stores one step of every environment, over the oldest where the ring is full.
     ///
     /// # Errors
     /// When a slice has the wrong length, or a valid transition holds a number that is not finite; nothing is
     /// stored then.
     pub fn push(&mut self, step: Transitions<'_>) -> Result<(), SacError> {
-        let (streams, observation_size, action_size) =
-            (self.streams, self.observation_size, self.action_size);
+        let (environments, observation_size, action_size) =
+            (self.environments, self.observation_size, self.action_size);
         let floats = [
             ("observations", step.observations, observation_size),
             ("actions", step.actions, action_size),
@@ -309,13 +309,16 @@ impl ReplayBuffer {
             ("valid", step.valid),
         ];
         for (what, slice) in flags {
-            length(what, slice.len(), streams)?;
+            length(what, slice.len(), environments)?;
         }
         for (what, slice, size) in floats {
-            length(what, slice.len(), streams * size)?;
-            for (stream, values) in slice.chunks_exact(size).enumerate() {
-                if step.valid[stream] && !values.iter().all(|value| value.is_finite()) {
-                    return Err(SacError::NotFinite { what, stream });
+            length(what, slice.len(), environments * size)?;
+            for (environment, values) in slice.chunks_exact(size).enumerate() {
+                if step.valid[environment] && !values.iter().all(|value| value.is_finite()) {
+                    return Err(SacError::NotFinite {
+                        what,
+                        row: environment,
+                    });
                 }
             }
         }
@@ -332,15 +335,16 @@ impl ReplayBuffer {
         let filling = self.filled < self.rows;
         if filling {
             // Within the capacity reserved at the start: no allocation.
-            self.data.resize(self.data.len() + streams * width, 0.0);
-            self.flags.resize(self.flags.len() + streams, 0);
+            self.data
+                .resize(self.data.len() + environments * width, 0.0);
+            self.flags.resize(self.flags.len() + environments, 0);
         }
-        for stream in 0..streams {
-            let slot = self.head * streams + stream;
+        for environment in 0..environments {
+            let slot = self.head * environments + environment;
             if !filling && self.flags[slot] & INVALID == 0 {
                 self.valid -= 1;
             }
-            let row = |size: usize| stream * size..(stream + 1) * size;
+            let row = |size: usize| environment * size..(environment + 1) * size;
             let (observation, rest) =
                 self.data[slot * width..][..width].split_at_mut(observation_size);
             let (action, rest) = rest.split_at_mut(action_size);
@@ -348,14 +352,14 @@ impl ReplayBuffer {
             observation.copy_from_slice(&step.observations[row(observation_size)]);
             action.copy_from_slice(&step.actions[row(action_size)]);
             next_observation.copy_from_slice(&step.next_observations[row(observation_size)]);
-            extras[LOG_PROB] = step.log_probs[stream];
-            extras[REWARD] = step.rewards[stream];
-            extras[ENTROPY_SCALE] = step.entropy_scales[stream];
-            extras[HORIZON_SCALE] = step.horizon_scales[stream];
-            self.flags[slot] = TERMINATED * u8::from(step.terminated[stream])
-                + TRUNCATED * u8::from(step.truncated[stream])
-                + INVALID * u8::from(!step.valid[stream]);
-            self.valid += usize::from(step.valid[stream]);
+            extras[LOG_PROB] = step.log_probs[environment];
+            extras[REWARD] = step.rewards[environment];
+            extras[ENTROPY_SCALE] = step.entropy_scales[environment];
+            extras[HORIZON_SCALE] = step.horizon_scales[environment];
+            self.flags[slot] = TERMINATED * u8::from(step.terminated[environment])
+                + TRUNCATED * u8::from(step.truncated[environment])
+                + INVALID * u8::from(!step.valid[environment]);
+            self.valid += usize::from(step.valid[environment]);
         }
         self.head = (self.head + 1) % self.rows;
         self.filled = (self.filled + 1).min(self.rows);
@@ -433,6 +437,7 @@ impl ReplayBuffer {
         batch: &mut Batch<f32>,
     ) {
         for &slot in &slots[part.clone()] {
+            // The transitions of a batch lie far apart, and the waits for them then overlap.
             prefetch(self.slot(slot));
         }
         for (row, place) in part.enumerate() {
@@ -489,10 +494,10 @@ impl ReplayBuffer {
             discount *= scaled_gamma(sampling.gamma, extras[HORIZON_SCALE]);
             steps += 1;
             let flags = self.flags[slot];
-            let time = slot / self.streams;
+            let time = slot / self.environments;
             let ended =
                 flags & (TERMINATED | TRUNCATED) != 0 || steps >= sampling.n_step || time == newest;
-            let next = (slot + self.streams) % self.capacity();
+            let next = (slot + self.environments) % self.capacity();
             if ended || self.flags[next] & INVALID != 0 {
                 break (transition, flags & TERMINATED != 0);
             }
@@ -530,18 +535,4 @@ pub(crate) fn length(what: &'static str, found: usize, expected: usize) -> Resul
             expected,
         })
     }
-}
-
-/// Asks for the memory of a transition ahead of its use: the transitions of a batch lie far apart, and the waits
-/// for them then overlap.
-#[inline(always)]
-fn prefetch(values: &[f32]) {
-    #[cfg(target_arch = "x86_64")]
-    for line in values.chunks(crate::real::LINE) {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: a hint for an address inside the slice; every x86-64 processor has it.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) };
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = values;
 }

@@ -39,7 +39,7 @@ static ALLOCATOR: Counting = Counting;
 
 const OBSERVATIONS: usize = 3;
 const ACTIONS: usize = 2;
-const STREAMS: usize = 4;
+const ENVIRONMENTS: usize = 4;
 
 fn mirror() -> Mirror {
     Mirror {
@@ -84,7 +84,7 @@ struct Task {
 impl Task {
     fn new() -> Self {
         Self {
-            states: (0..STREAMS * OBSERVATIONS)
+            states: (0..ENVIRONMENTS * OBSERVATIONS)
                 .map(|index| (index as f32).sin())
                 .collect(),
             steps: 0,
@@ -92,24 +92,26 @@ impl Task {
     }
 
     fn step(&mut self, agent: &mut Agent, replay: &mut ReplayBuffer) {
-        let (mut actions, mut log_probs) = ([0.0; STREAMS * ACTIONS], [0.0; STREAMS]);
+        let (mut actions, mut log_probs) = ([0.0; ENVIRONMENTS * ACTIONS], [0.0; ENVIRONMENTS]);
         agent
             .act(&self.states, &mut actions, &mut log_probs)
             .unwrap();
-        let mut next = [0.0; STREAMS * OBSERVATIONS];
-        let mut rewards = [0.0; STREAMS];
-        for stream in 0..STREAMS {
+        let mut next = [0.0; ENVIRONMENTS * OBSERVATIONS];
+        let mut rewards = [0.0; ENVIRONMENTS];
+        for environment in 0..ENVIRONMENTS {
             for index in 0..OBSERVATIONS {
-                let place = stream * OBSERVATIONS + index;
-                let action = actions[stream * ACTIONS + index % ACTIONS];
+                let place = environment * OBSERVATIONS + index;
+                let action = actions[environment * ACTIONS + index % ACTIONS];
                 next[place] =
                     0.8 * self.states[place] + 0.3 * action + 0.05 * (self.steps as f32).cos();
-                rewards[stream] -= next[place] * next[place];
+                rewards[environment] -= next[place] * next[place];
             }
         }
         self.steps += 1;
-        let at = |every: u64| -> [bool; STREAMS] {
-            std::array::from_fn(|stream| (self.steps + stream as u64).is_multiple_of(every))
+        let at = |every: u64| -> [bool; ENVIRONMENTS] {
+            std::array::from_fn(|environment| {
+                (self.steps + environment as u64).is_multiple_of(every)
+            })
         };
         replay
             .push(Transitions {
@@ -177,7 +179,7 @@ fn start(threads: usize, seed: u64) -> (Agent, ReplayBuffer, Task) {
     let mut agent =
         Agent::new(config(threads), OBSERVATIONS, ACTIONS, Some(mirror()), seed).unwrap();
     agent.rehearse(rehearsal()).unwrap();
-    let replay = ReplayBuffer::new(600, STREAMS, OBSERVATIONS, ACTIONS).unwrap();
+    let replay = ReplayBuffer::new(600, ENVIRONMENTS, OBSERVATIONS, ACTIONS).unwrap();
     (agent, replay, Task::new())
 }
 
@@ -278,9 +280,9 @@ fn acting_noise_is_correlated_as_asked_and_stays_standard_normal() {
             ..SacConfig::default()
         };
         let mut agent = Agent::new(config, OBSERVATIONS, ACTIONS, None, 5).unwrap();
-        let observations = [0.0; STREAMS * OBSERVATIONS];
-        let (mut actions, mut log_probs) = ([0.0; STREAMS * ACTIONS], [0.0; STREAMS]);
-        let mut means = [0.0; STREAMS * ACTIONS];
+        let observations = [0.0; ENVIRONMENTS * OBSERVATIONS];
+        let (mut actions, mut log_probs) = ([0.0; ENVIRONMENTS * ACTIONS], [0.0; ENVIRONMENTS]);
+        let mut means = [0.0; ENVIRONMENTS * ACTIONS];
         agent.act_deterministic(&observations, &mut means).unwrap();
         // At one observation mean and deviation are constant, so atanh(action) is the noise, scaled.
         let steps = 20_000;
@@ -328,7 +330,7 @@ fn divergence_is_an_error_that_says_so() {
 fn nothing_is_allocated_after_the_start() {
     let (mut agent, mut replay, mut task) = start(1, 7);
     run(&mut agent, &mut replay, &mut task, 20);
-    let (mut actions, mut log_probs) = ([0.0; STREAMS * ACTIONS], [0.0; STREAMS]);
+    let (mut actions, mut log_probs) = ([0.0; ENVIRONMENTS * ACTIONS], [0.0; ENVIRONMENTS]);
     let before = ALLOCATIONS.with(Cell::get);
     for _ in 0..20 {
         task.step(&mut agent, &mut replay);

@@ -14,7 +14,7 @@
 use gaitshift_sac::{Agent, ReplayBuffer, SacConfig, Temperature, Transitions, streams};
 use rand::Rng;
 
-const STREAMS: usize = 4;
+const ENVIRONMENTS: usize = 4;
 
 fn config(alpha: f64) -> SacConfig {
     SacConfig {
@@ -34,26 +34,27 @@ fn uniform(rng: &mut impl Rng) -> f32 {
 #[test]
 fn one_step() {
     let mut agent = Agent::new(config(0.002), 1, 1, None, 7).unwrap();
-    let mut replay = ReplayBuffer::new(10_000, STREAMS, 1, 1).unwrap();
+    let mut replay = ReplayBuffer::new(10_000, ENVIRONMENTS, 1, 1).unwrap();
     let [mut rng] = streams::<1>(3);
     for _ in 0..2000 {
-        let states: [f32; STREAMS] = std::array::from_fn(|_| uniform(&mut rng));
-        let (mut actions, mut log_probs) = ([0.0; STREAMS], [0.0; STREAMS]);
+        let states: [f32; ENVIRONMENTS] = std::array::from_fn(|_| uniform(&mut rng));
+        let (mut actions, mut log_probs) = ([0.0; ENVIRONMENTS], [0.0; ENVIRONMENTS]);
         agent.act(&states, &mut actions, &mut log_probs).unwrap();
-        let rewards: [f32; STREAMS] =
-            std::array::from_fn(|stream| -(actions[stream] - 0.5 * states[stream]).powi(2));
+        let rewards: [f32; ENVIRONMENTS] = std::array::from_fn(|environment| {
+            -(actions[environment] - 0.5 * states[environment]).powi(2)
+        });
         replay
             .push(Transitions {
                 observations: &states,
                 actions: &actions,
                 log_probs: &log_probs,
                 rewards: &rewards,
-                entropy_scales: &[1.0; STREAMS],
-                horizon_scales: &[1.0; STREAMS],
+                entropy_scales: &[1.0; ENVIRONMENTS],
+                horizon_scales: &[1.0; ENVIRONMENTS],
                 next_observations: &states,
-                terminated: &[true; STREAMS],
-                truncated: &[false; STREAMS],
-                valid: &[true; STREAMS],
+                terminated: &[true; ENVIRONMENTS],
+                truncated: &[false; ENVIRONMENTS],
+                valid: &[true; ENVIRONMENTS],
             })
             .unwrap();
         agent.update(&replay).unwrap();
@@ -119,43 +120,47 @@ fn linear_problem(n_step: usize, cut_is_termination: bool) -> (f64, f64) {
         ..config(Linear::ALPHA)
     };
     let mut agent = Agent::new(settings, 1, 1, None, 11).unwrap();
-    let mut replay = ReplayBuffer::new(20_000, STREAMS, 1, 1).unwrap();
+    let mut replay = ReplayBuffer::new(20_000, ENVIRONMENTS, 1, 1).unwrap();
     let [mut rng] = streams::<1>(4);
-    let mut states: [f32; STREAMS] = std::array::from_fn(|_| uniform(&mut rng));
+    let mut states: [f32; ENVIRONMENTS] = std::array::from_fn(|_| uniform(&mut rng));
     const STEPS: usize = 8000;
     for step in 0..STEPS {
         agent
             .set_learning_rate(2e-3 * (1.0 - 0.95 * step as f64 / STEPS as f64))
             .unwrap();
-        let (mut actions, mut log_probs) = ([0.0; STREAMS], [0.0; STREAMS]);
+        let (mut actions, mut log_probs) = ([0.0; ENVIRONMENTS], [0.0; ENVIRONMENTS]);
         agent.act(&states, &mut actions, &mut log_probs).unwrap();
-        let (mut next, mut rewards) = ([0.0; STREAMS], [0.0; STREAMS]);
-        for stream in 0..STREAMS {
-            let (x, a) = (f64::from(states[stream]), f64::from(actions[stream]));
-            next[stream] = (Linear::A * x + Linear::B * a) as f32;
-            rewards[stream] = (Linear::BONUS - (Linear::Q * x * x + Linear::R * a * a)) as f32;
+        let (mut next, mut rewards) = ([0.0; ENVIRONMENTS], [0.0; ENVIRONMENTS]);
+        for environment in 0..ENVIRONMENTS {
+            let (x, a) = (
+                f64::from(states[environment]),
+                f64::from(actions[environment]),
+            );
+            next[environment] = (Linear::A * x + Linear::B * a) as f32;
+            rewards[environment] = (Linear::BONUS - (Linear::Q * x * x + Linear::R * a * a)) as f32;
         }
-        let truncated: [bool; STREAMS] = std::array::from_fn(|stream| (step + 2 * stream) % 8 == 7);
+        let truncated: [bool; ENVIRONMENTS] =
+            std::array::from_fn(|environment| (step + 2 * environment) % 8 == 7);
         replay
             .push(Transitions {
                 observations: &states,
                 actions: &actions,
                 log_probs: &log_probs,
                 rewards: &rewards,
-                entropy_scales: &[1.0; STREAMS],
-                horizon_scales: &[1.0; STREAMS],
+                entropy_scales: &[1.0; ENVIRONMENTS],
+                horizon_scales: &[1.0; ENVIRONMENTS],
                 next_observations: &next,
                 terminated: &truncated.map(|cut| cut && cut_is_termination),
                 truncated: &truncated,
-                valid: &[true; STREAMS],
+                valid: &[true; ENVIRONMENTS],
             })
             .unwrap();
-        for stream in 0..STREAMS {
-            let restart = truncated[stream] || next[stream].abs() > 3.0;
-            states[stream] = if restart {
+        for environment in 0..ENVIRONMENTS {
+            let restart = truncated[environment] || next[environment].abs() > 3.0;
+            states[environment] = if restart {
                 uniform(&mut rng)
             } else {
-                next[stream]
+                next[environment]
             };
         }
         agent.update(&replay).unwrap();

@@ -1,6 +1,6 @@
 //! The replay buffer against a model that keeps every step ever made in plain lists.
 //!
-//! - The ring holds the newest transitions of every stream, whatever its capacity and however often it wrapped.
+//! - The ring holds the newest transitions of every environment, whatever its capacity and however often it wrapped.
 //! - n-step windows sum discounted rewards, stop at termination, truncation, gaps and the newest step, subtract the
 //!   entropy of the steps within, and end in the right observation.
 //! - Each step discounts by its own horizon.
@@ -26,14 +26,14 @@ struct Step {
 const GAMMA: f64 = 0.9;
 const ALPHA: f64 = 0.3;
 
-/// The observation that names a step: time, stream.
-fn observation(time: usize, stream: usize) -> [f32; 2] {
-    [time as f32, stream as f32]
+/// The observation that names a step: time, environment.
+fn observation(time: usize, environment: usize) -> [f32; 2] {
+    [time as f32, environment as f32]
 }
 
 fn filled(capacity: usize, steps: &[Vec<Step>]) -> ReplayBuffer {
-    let streams = steps[0].len();
-    let mut buffer = ReplayBuffer::new(capacity, streams, 2, 1).unwrap();
+    let environments = steps[0].len();
+    let mut buffer = ReplayBuffer::new(capacity, environments, 2, 1).unwrap();
     for (time, row) in steps.iter().enumerate() {
         let numbers = |of: fn(&Step) -> f32| row.iter().map(of).collect::<Vec<_>>();
         let flags = |of: fn(&Step) -> bool| row.iter().map(of).collect::<Vec<_>>();
@@ -45,14 +45,14 @@ fn filled(capacity: usize, steps: &[Vec<Step>]) -> ReplayBuffer {
                 .map(|(index, &value)| if valid(index) { value } else { f32::NAN })
                 .collect()
         };
-        let observations = (0..streams)
-            .flat_map(|stream| observation(time, stream))
+        let observations = (0..environments)
+            .flat_map(|environment| observation(time, environment))
             .collect();
-        let next = (0..streams)
-            .flat_map(|stream| observation(time + 1, stream))
+        let next = (0..environments)
+            .flat_map(|environment| observation(time + 1, environment))
             .collect();
-        let actions = (0..streams)
-            .map(|stream| (time * 10 + stream) as f32)
+        let actions = (0..environments)
+            .map(|environment| (time * 10 + environment) as f32)
             .collect();
         buffer
             .push(Transitions {
@@ -75,14 +75,14 @@ fn filled(capacity: usize, steps: &[Vec<Step>]) -> ReplayBuffer {
 /// Reward sum, discount, last time and scale of the window that starts at `time`, by the definition.
 fn window(
     steps: &[Vec<Step>],
-    stream: usize,
+    environment: usize,
     time: usize,
     n_step: usize,
 ) -> (f64, f64, usize, f32) {
     let mut sum = 0.0;
     let mut discount = 1.0;
     for k in 0.. {
-        let step = steps[time + k][stream];
+        let step = steps[time + k][environment];
         let gain = f64::from(step.reward)
             - if k > 0 {
                 ALPHA * f64::from(step.scale) * f64::from(step.log_prob)
@@ -91,7 +91,7 @@ fn window(
             };
         sum += discount * gain;
         discount *= (1.0 - (1.0 - GAMMA) / f64::from(step.horizon)).max(0.0);
-        let follower = steps.get(time + k + 1).map(|row| row[stream]);
+        let follower = steps.get(time + k + 1).map(|row| row[environment]);
         let goes_on = follower.is_some_and(|step| step.valid);
         if step.terminated || step.truncated || k + 1 == n_step || !goes_on {
             let discount = if step.terminated { 0.0 } else { discount };
@@ -128,22 +128,22 @@ fn step() -> impl Strategy<Value = Step> {
 proptest! {
     #[test]
     fn windows_follow_the_definition(
-        steps in (1usize..4, 1usize..40).prop_flat_map(|(streams, times)| {
-            proptest::collection::vec(proptest::collection::vec(step(), streams), times)
+        steps in (1usize..4, 1usize..40).prop_flat_map(|(environments, times)| {
+            proptest::collection::vec(proptest::collection::vec(step(), environments), times)
         }),
         rows in 1usize..30,
         spare in 0usize..3,
         n_step in 1usize..6,
     ) {
-        let streams_count = steps[0].len();
-        let capacity = rows * streams_count + spare.min(streams_count - 1);
+        let environments = steps[0].len();
+        let capacity = rows * environments + spare.min(environments - 1);
         let buffer = filled(capacity, &steps);
         let kept = rows.min(steps.len());
         let oldest = steps.len() - kept;
         let valid = steps[oldest..].iter().flatten().filter(|step| step.valid).count();
-        prop_assert_eq!(buffer.len(), kept * streams_count);
+        prop_assert_eq!(buffer.len(), kept * environments);
         prop_assert_eq!(buffer.valid_len(), valid);
-        prop_assert_eq!(buffer.capacity(), rows * streams_count);
+        prop_assert_eq!(buffer.capacity(), rows * environments);
 
         let [mut rng] = streams(5);
         let mut slots = [0; 64];
@@ -157,14 +157,14 @@ proptest! {
         let sampling = Sampling { n_step, gamma: GAMMA, alpha: ALPHA, mirrored: None };
         buffer.gather(&slots, &sampling, &mut batch).unwrap();
         for row in 0..slots.len() {
-            let [time, stream] = [batch.observations[2 * row] as usize, batch.observations[2 * row + 1] as usize];
-            prop_assert!(time >= oldest && steps[time][stream].valid);
-            prop_assert_eq!(batch.actions[row], (time * 10 + stream) as f32);
-            prop_assert_eq!(batch.entropy_scales[row], steps[time][stream].scale);
-            let (sum, discount, last, scale) = window(&steps, stream, time, n_step);
+            let [time, environment] = [batch.observations[2 * row] as usize, batch.observations[2 * row + 1] as usize];
+            prop_assert!(time >= oldest && steps[time][environment].valid);
+            prop_assert_eq!(batch.actions[row], (time * 10 + environment) as f32);
+            prop_assert_eq!(batch.entropy_scales[row], steps[time][environment].scale);
+            let (sum, discount, last, scale) = window(&steps, environment, time, n_step);
             prop_assert!((f64::from(batch.rewards[row]) - sum).abs() < 1e-5);
             prop_assert!((f64::from(batch.discounts[row]) - discount).abs() < 1e-7);
-            prop_assert_eq!(&batch.next_observations[2 * row..2 * row + 2], &observation(last + 1, stream));
+            prop_assert_eq!(&batch.next_observations[2 * row..2 * row + 2], &observation(last + 1, environment));
             prop_assert_eq!(batch.next_entropy_scales[row], scale);
         }
     }
@@ -326,7 +326,7 @@ fn bad_steps_are_refused_and_leave_no_trace() {
             error,
             SacError::NotFinite {
                 what: "rewards",
-                stream: 1
+                row: 1
             }
         ),
         "{error}"
@@ -368,7 +368,10 @@ fn impossible_sizes_are_errors() {
     ));
     assert!(matches!(
         ReplayBuffer::new(3, 0, 1, 1),
-        Err(SacError::Setting { key: "streams", .. })
+        Err(SacError::Setting {
+            key: "environments",
+            ..
+        })
     ));
     assert!(matches!(
         ReplayBuffer::new(usize::MAX, 1, 1, 1),

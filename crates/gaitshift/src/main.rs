@@ -15,7 +15,6 @@ mod motion;
 mod output;
 mod progress;
 mod render;
-mod sweep;
 mod train;
 mod transition;
 mod view;
@@ -28,7 +27,6 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
-        Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Transition(arguments) => transition::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use gaitshift_sac::{Batch, Learner, Mirror, NamedTensor, Noise, Real, SacConfig, streams};
+use gaitshift_nn::{Mlp, Scalar};
+use gaitshift_sac::{Batch, Learner, Mirror, NamedTensor, Noise, SacConfig, streams};
 use safetensors::SafeTensors;
 use serde::Deserialize;
 
@@ -18,7 +19,7 @@ struct Header {
 struct Golden<'a>(SafeTensors<'a>);
 
 impl Golden<'_> {
-    fn values<T: Real>(&self, name: &str) -> Vec<T> {
+    fn values<T: Scalar>(&self, name: &str) -> Vec<T> {
         let tensor = self
             .0
             .tensor(name)
@@ -34,7 +35,7 @@ impl Golden<'_> {
     }
 
     /// The golden tensors with the names and shapes of `like`.
-    fn tensors<T: Real>(&self, prefix: &str, like: &[NamedTensor<T>]) -> Vec<NamedTensor<T>> {
+    fn tensors<T: Scalar>(&self, prefix: &str, like: &[NamedTensor<T>]) -> Vec<NamedTensor<T>> {
         like.iter()
             .map(|tensor| {
                 let name = format!("{prefix}.{}", tensor.name);
@@ -53,7 +54,7 @@ impl Golden<'_> {
 }
 
 /// The largest difference relative to the largest element of the golden tensor.
-fn difference<T: Real>(what: &str, found: &[T], golden: &[T], tolerance: f64) -> f64 {
+fn difference<T: Scalar>(what: &str, found: &[T], golden: &[T], tolerance: f64) -> f64 {
     let scale = golden
         .iter()
         .fold(1e-3f64, |scale, value| scale.max(value.to_f64().abs()));
@@ -70,7 +71,7 @@ fn difference<T: Real>(what: &str, found: &[T], golden: &[T], tolerance: f64) ->
 }
 
 /// Replays one recorded case; every difference must stay below `tolerance`.
-pub fn replay<T: Real>(case: &str, tolerance: f64) {
+pub fn replay<T: Scalar>(case: &str, tolerance: f64) {
     let path =
         PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(format!("tests/golden/{case}.safetensors"));
     let bytes = std::fs::read(&path).unwrap();
@@ -90,7 +91,7 @@ pub fn replay<T: Real>(case: &str, tolerance: f64) {
         &mut init,
     )
     .unwrap();
-    let start = |prefix: &str, network: &mut gaitshift_sac::Mlp<T>| {
+    let start = |prefix: &str, network: &mut Mlp<T>| {
         let tensors = golden.tensors(&format!("start.{prefix}"), &network.tensors());
         assert_eq!(network.load_tensors(&tensors), tensors.len());
     };

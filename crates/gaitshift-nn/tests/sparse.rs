@@ -1,0 +1,53 @@
+//! Products that leave out zeros give what the dense ones give, to the bit.
+//!
+//! - Any numbers of rows, shared index and columns, any share of zeros from none to all, every epilogue, A read by rows or
+//!   by columns.
+//! - NaN is no zero.
+//! - A pattern of another matrix is refused.
+
+mod products;
+
+use gaitshift_nn::dense::multiply;
+use gaitshift_nn::sparse;
+use products::{Kind, Problem, any_kind};
+use proptest::prelude::*;
+
+proptest! {
+    #[test]
+    fn same_bits_as_the_dense_product(
+        rows in 1usize..140,
+        shared in 1usize..140,
+        eighths in 1usize..30,
+        gap in 0usize..4,
+        transposed: bool,
+        kept in prop_oneof![Just(0.0), 0.0..1.0, Just(1.0)],
+        kind in any_kind(),
+    ) {
+        let mut problem = Problem::new(rows, shared, 8 * eighths, gap, transposed);
+        problem.thin_out(kept);
+        let found = problem.run(kind, |product| sparse::multiply(product, &problem.pattern()));
+        prop_assert_eq!(&found, &problem.run(kind, multiply::<f32>));
+        problem.check(kind, &found)?;
+    }
+}
+
+#[test]
+fn nan_is_not_hidden() {
+    let mut problem = Problem::new(7, 30, 8, 0, false);
+    problem.a.fill(0.0);
+    problem.a[problem.a_stride + 4] = f32::NAN;
+    let found = problem.run(Kind::BiasRelu, |product| {
+        sparse::multiply(product, &problem.pattern());
+    });
+    for (element, value) in found.iter().enumerate() {
+        assert_eq!(value.is_nan(), element / 8 == 1);
+    }
+}
+
+#[test]
+#[should_panic(expected = "pattern")]
+fn a_pattern_of_another_size_is_refused() {
+    let problem = Problem::new(7, 30, 8, 0, false);
+    let other = Problem::new(7, 31, 8, 0, false).pattern();
+    problem.run(Kind::None, |product| sparse::multiply(product, &other));
+}
