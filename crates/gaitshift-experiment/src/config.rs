@@ -397,7 +397,7 @@ fn read(path: &Path) -> Result<String, ConfigError> {
 
 /// Puts the values of `over` into `base`, table by table; arrays, and tables whose key `kind` says
 /// what else they hold, are replaced whole.
-fn overlay(base: &mut toml::Table, over: toml::Table) {
+pub(crate) fn overlay(base: &mut toml::Table, over: toml::Table) {
     for (key, value) in over {
         match (base.get_mut(&key), value) {
             (Some(toml::Value::Table(inner)), toml::Value::Table(over))

@@ -6,6 +6,7 @@ mod config;
 mod controller;
 mod durable;
 mod edits;
+mod pace;
 mod profile;
 mod provenance;
 mod rehearsal;
@@ -14,6 +15,7 @@ mod run_folder;
 mod schedule;
 mod shipped;
 mod simulation;
+mod sweep;
 mod tensorboard;
 mod training;
 
@@ -22,6 +24,7 @@ pub use config::{
     ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, load_body_overrides,
 };
 pub use controller::{Controller, ControllerError, Deterministic};
+pub use pace::steps_per_second;
 pub use profile::{CommandProfile, ProfileError};
 pub use provenance::{Provenance, portable_command, portable_path};
 pub use rehearsal::{RehearsalParameters, best_walk};
@@ -29,5 +32,8 @@ pub use rollout::{Control, Rollout};
 pub use run_folder::TrainingError;
 pub use schedule::{Course, Schedule};
 pub use simulation::{Simulation, recording_row};
+pub use sweep::{
+    Sweep, SweepReport, SweepTable, Trial, TrialSummary, Variant, VariantSummary, folder_name,
+};
 pub use tensorboard::EventWriter;
 pub use training::{Observer, Parts, Progress, RunReport, Training, task_mirror};

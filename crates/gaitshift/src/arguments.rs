@@ -50,6 +50,7 @@ pub struct Arguments {
 pub enum Command {
     Demo(DemoArguments),
     Train(TrainArguments),
+    Sweep(SweepArguments),
     Evaluate(EvaluateArguments),
     Transition(TransitionArguments),
     Render(RenderArguments),
@@ -180,6 +181,60 @@ pub struct TrainArguments {
     pub stop_when_accepted: bool,
 
     /// Print the report as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Trains many runs from one file: an experiment, what varies, the seeds.
+///
+/// Each variant is trained with each seed, a run in its own folder. Ctrl-C writes checkpoints and stops; the
+/// same command goes on from them, and what is finished is not run again. In the end, and with --table at any
+/// time, the table says for each variant what its seeds reached, with intervals, and how far the first variant's
+/// result moved: table.md and table.json in the sweep's folder.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift sweep friction.toml --dry-run
+  gaitshift sweep friction.toml --jobs 2
+  gaitshift sweep friction.toml --table
+
+where friction.toml is, for instance:
+  name = \"friction\"
+  experiment = \"fast\"         # the recipe of every variant
+  seeds = [1, 2, 3]
+  [set.learner]               # differs from the recipe in every variant
+  threads = 1
+
+  [[variants]]                # the first one is the reference
+  name = \"rubber\"
+
+  [[variants]]
+  name = \"ice\"
+  reason = \"does it still walk where feet slip?\"
+  set.body = { friction = 0.3 }")]
+pub struct SweepArguments {
+    /// The sweep: experiment, seeds, variants
+    #[arg(value_name = "FILE.toml")]
+    pub file: PathBuf,
+
+    /// Folder of the sweep's runs and table [default: runs/NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Runs at a time, 1 to 256 [default: the processors, divided by the threads of a run]
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub jobs: Option<u16>,
+
+    /// Only say what would be run and how long it takes on this machine
+    #[arg(long, conflicts_with_all = ["table", "json"])]
+    pub dry_run: bool,
+
+    /// Only write and print the table of what there is so far
+    #[arg(long)]
+    pub table: bool,
+
+    /// Print the table as one JSON object on standard output
     #[arg(long)]
     pub json: bool,
 }

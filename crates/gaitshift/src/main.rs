@@ -15,6 +15,7 @@ mod motion;
 mod output;
 mod progress;
 mod render;
+mod sweep;
 mod train;
 mod transition;
 mod view;
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Transition(arguments) => transition::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),

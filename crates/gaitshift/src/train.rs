@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::progress::{Watcher, count, duration};
 use crate::view;
-use gaitshift_experiment::{Experiment, RunReport, Training, portable_command};
+use gaitshift_experiment::{Experiment, RunReport, Training, folder_name, portable_command};
 use gaitshift_figures::episode_returns_figure;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -99,27 +99,8 @@ fn prepare(arguments: &TrainArguments) -> Result<(PathBuf, Training), Failure> {
     Ok((folder, training))
 }
 
-/// The name of an experiment as the name of a folder, whatever is written in it.
-fn folder_name(name: &str) -> String {
-    let name: String = name
-        .chars()
-        .map(|c| {
-            if c.is_alphanumeric() || c == '_' {
-                c
-            } else {
-                '-'
-            }
-        })
-        .collect();
-    if name.is_empty() {
-        "unnamed".to_owned()
-    } else {
-        name
-    }
-}
-
 /// The first Ctrl-C asks for a checkpoint, the second ends the program at once.
-fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
+pub fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&interrupted);
     ctrlc::set_handler(move || {

@@ -1,0 +1,325 @@
+//! What the trials of a sweep reached, trial by trial and variant by variant.
+
+use super::Sweep;
+use crate::run_folder::TrainingError;
+use gaitshift_analysis::statistics::{bootstrap_interval, interquartile_mean, mean};
+use serde::{Deserialize, Serialize};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Resamples of a bootstrap interval, and its confidence.
+const RESAMPLES: usize = 10_000;
+const CONFIDENCE: f64 = 0.95;
+/// Changes of gait, out of those tried, that a controller must survive to count as changing gait.
+const CHANGES_WANTED: f64 = 0.8;
+
+/// A sweep's results.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SweepTable {
+    /// Name of the sweep.
+    pub name: String,
+    /// One per variant, the reference first.
+    pub variants: Vec<VariantSummary>,
+    /// One per trial that has been evaluated at least once.
+    pub trials: Vec<TrialSummary>,
+}
+
+/// The seeds of one variant together.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct VariantSummary {
+    /// Name of the variant.
+    pub variant: String,
+    /// Why it was tried.
+    pub reason: String,
+    /// Number of seeds evaluated so far.
+    pub seeds: usize,
+    /// Number of those that took all their steps.
+    pub finished: usize,
+    /// Criteria met by each seed's best controller: interquartile mean and its bootstrap interval.
+    pub best_met: Option<Estimate>,
+    /// Criteria met on average over the last quarter of a run's evaluations, likewise.
+    pub late_met: Option<Estimate>,
+    /// Difference of `best_met` to the reference, seed by seed: mean and its bootstrap interval.
+    pub effect: Option<Estimate>,
+    /// Number of seeds whose best controller walks at the lowest command evaluated.
+    pub walk: usize,
+    /// Number of seeds whose best controller runs at the running command.
+    pub run: usize,
+    /// Number of seeds whose best controller changes gait both ways from at least eight of ten phases.
+    pub change: usize,
+    /// Number of seeds for which all three hold of one controller.
+    pub all: usize,
+}
+
+/// A figure over seeds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Estimate {
+    /// The figure.
+    pub value: f64,
+    /// Its bootstrap interval, 95 %.
+    pub interval: [f64; 2],
+}
+
+/// One trial.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrialSummary {
+    /// Name of its variant.
+    pub variant: String,
+    /// Its seed.
+    pub seed: u64,
+    /// Whether it took all its steps.
+    pub finished: bool,
+    /// Wall-clock so far, in s.
+    pub elapsed_s: f64,
+    /// Number of evaluations so far.
+    pub evaluations: usize,
+    /// The evaluation with the highest score.
+    pub best: EvaluationSummary,
+    /// The last one.
+    pub last: EvaluationSummary,
+    /// Criteria met on average over the last quarter of the evaluations.
+    pub late_met: f64,
+}
+
+/// What an evaluation says about the paper's claims.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EvaluationSummary {
+    /// Environment steps.
+    pub step: u64,
+    /// Criteria met.
+    pub met: usize,
+    /// Gait at the lowest command.
+    pub slow_gait: String,
+    /// Froude number there.
+    pub slow_froude: Option<f64>,
+    /// Gait at the running command.
+    pub fast_gait: String,
+    /// Froude number there.
+    pub fast_froude: Option<f64>,
+    /// Number of commands held to the end without a fall.
+    pub upright: usize,
+    /// Changes from walking to running that were survived and ended in the other gait.
+    pub to_running: usize,
+    /// And back.
+    pub to_walking: usize,
+    /// Whether eight of ten changes each way were survived and ended in the other gait.
+    pub changes: bool,
+    /// Whether it walks, runs and changes gait both ways.
+    pub all: bool,
+}
+
+/// A line of `evaluations.jsonl`, as far as it is needed here.
+#[derive(Deserialize)]
+struct Evaluation {
+    step: u64,
+    elapsed_s: f64,
+    met: usize,
+    score: f64,
+    rows: Vec<MotionLine>,
+    to_running: Vec<ChangeLine>,
+    to_walking: Vec<ChangeLine>,
+}
+
+#[derive(Deserialize)]
+struct MotionLine {
+    omega_v: f64,
+    gait: String,
+    fell: bool,
+    froude: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct ChangeLine {
+    survived: bool,
+    gait_before: Option<String>,
+    gait_after: String,
+}
+
+/// The command at which a run is asked for.
+const RUNNING_COMMAND: f64 = 3.0;
+
+impl Evaluation {
+    fn summary(&self) -> EvaluationSummary {
+        let changed = |list: &[ChangeLine], from: &str, to: &str| {
+            let holds = |t: &&ChangeLine| {
+                t.survived && t.gait_before.as_deref() == Some(from) && t.gait_after == to
+            };
+            list.iter().filter(holds).count()
+        };
+        let to_running = changed(&self.to_running, "walking", "running");
+        let to_walking = changed(&self.to_walking, "running", "walking");
+        let slow = self.rows.first();
+        let fast = self.rows.iter().find(|r| r.omega_v == RUNNING_COMMAND);
+        let gait = |r: Option<&MotionLine>| r.map_or(String::new(), |r| r.gait.clone());
+        let (slow_gait, fast_gait) = (gait(slow), gait(fast));
+        let enough = |met: usize, of: usize| of > 0 && met as f64 >= CHANGES_WANTED * of as f64;
+        let changes =
+            enough(to_running, self.to_running.len()) && enough(to_walking, self.to_walking.len());
+        EvaluationSummary {
+            step: self.step,
+            met: self.met,
+            all: slow_gait == "walking" && fast_gait == "running" && changes,
+            changes,
+            slow_gait,
+            slow_froude: slow.and_then(|r| r.froude),
+            fast_gait,
+            fast_froude: fast.and_then(|r| r.froude),
+            upright: self.rows.iter().filter(|r| !r.fell).count(),
+            to_running,
+            to_walking,
+        }
+    }
+}
+
+impl SweepTable {
+    pub(super) fn read(sweep: &Sweep, folder: &Path) -> Result<Self, TrainingError> {
+        let mut trials = Vec::new();
+        for trial in &sweep.trials {
+            let at = folder.join(&trial.folder);
+            let file = at.join("evaluations.jsonl");
+            let Ok(text) = std::fs::read_to_string(&file) else {
+                continue;
+            };
+            let evaluations = text
+                .lines()
+                .map(serde_json::from_str)
+                .collect::<Result<Vec<Evaluation>, _>>()
+                .map_err(|e| TrainingError::other(&file, format!("is damaged: {e}")))?;
+            let best = evaluations
+                .iter()
+                .reduce(|best, e| if e.score > best.score { e } else { best });
+            let (Some(best), Some(last)) = (best, evaluations.last()) else {
+                continue;
+            };
+            let late = &evaluations[evaluations.len() - evaluations.len().div_ceil(4)..];
+            let late: Vec<f64> = late.iter().map(|e| e.met as f64).collect();
+            trials.push(TrialSummary {
+                variant: sweep.variants[trial.variant].name.clone(),
+                seed: trial.experiment.seed,
+                finished: trial.is_finished(&at)?,
+                elapsed_s: last.elapsed_s,
+                evaluations: evaluations.len(),
+                best: best.summary(),
+                last: last.summary(),
+                late_met: mean(&late).unwrap_or_default(),
+            });
+        }
+        let reference = sweep.variants.first().map(|v| of_variant(&trials, &v.name));
+        let reference = reference.unwrap_or_default();
+        let variants = sweep.variants.iter().map(|variant| {
+            let own = of_variant(&trials, &variant.name);
+            let count = |holds: &dyn Fn(&EvaluationSummary) -> bool| {
+                own.iter().filter(|t| holds(&t.best)).count()
+            };
+            let figures = |of: &dyn Fn(&TrialSummary) -> f64| {
+                let values: Vec<f64> = own.iter().map(|t| of(t)).collect();
+                estimate(&values, interquartile_mean)
+            };
+            let differences: Vec<f64> = own
+                .iter()
+                .filter_map(|t| {
+                    let same = reference.iter().find(|r| r.seed == t.seed)?;
+                    Some(t.best.met as f64 - same.best.met as f64)
+                })
+                .collect();
+            let is_reference = variant.name == sweep.variants[0].name;
+            VariantSummary {
+                variant: variant.name.clone(),
+                reason: variant.reason.clone(),
+                seeds: own.len(),
+                finished: own.iter().filter(|t| t.finished).count(),
+                best_met: figures(&|t| t.best.met as f64),
+                late_met: figures(&|t| t.late_met),
+                effect: estimate(&differences, mean).filter(|_| !is_reference),
+                walk: count(&|e| e.slow_gait == "walking"),
+                run: count(&|e| e.fast_gait == "running"),
+                change: count(&|e| e.changes),
+                all: count(&|e| e.all),
+            }
+        });
+        Ok(Self {
+            name: sweep.name.clone(),
+            variants: variants.collect(),
+            trials,
+        })
+    }
+
+    /// As Markdown: the variants, then the trials.
+    pub fn to_markdown(&self) -> String {
+        let mut text = format!(
+            "# Sweep {}\n\n\
+             Seeds are the unit. `best` is the controller of a run that its evaluations score highest, `late` the mean \
+             over the last quarter of its evaluations; both are criteria met, interquartile mean over seeds with a \
+             95 % bootstrap interval. `effect` is the difference of `best` to the first row, seed by seed. `walks`, \
+             `runs`, `changes`, `all` count seeds whose best controller does so.\n\n\
+             | variant | seeds | finished | best | late | effect | walks | runs | changes | all |\n\
+             | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+            self.name
+        );
+        let shown = |e: &Option<Estimate>| {
+            e.map_or("–".to_owned(), |e| {
+                format!(
+                    "{:.1} [{:.1}, {:.1}]",
+                    e.value, e.interval[0], e.interval[1]
+                )
+            })
+        };
+        for v in &self.variants {
+            let _ = writeln!(
+                text,
+                "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+                v.variant,
+                v.seeds,
+                v.finished,
+                shown(&v.best_met),
+                shown(&v.late_met),
+                shown(&v.effect),
+                v.walk,
+                v.run,
+                v.change,
+                v.all
+            );
+        }
+        text.push_str(
+            "\nEach trial: its best and its last evaluation. Commands upright are out of those tried, changes of gait \
+             (up, down) out of those tried.\n\n\
+             | variant | seed | evaluation | step, M | met | slow | Fr | fast | Fr | upright | up | down |\n\
+             | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+        );
+        for t in &self.trials {
+            for (name, e) in [("best", &t.best), ("last", &t.last)] {
+                let froude = |f: Option<f64>| f.map_or("–".to_owned(), |f| format!("{f:.2}"));
+                let _ = writeln!(
+                    text,
+                    "| {} | {} | {} | {:.2} | {} | {} | {} | {} | {} | {} | {} | {} |",
+                    t.variant,
+                    t.seed,
+                    name,
+                    e.step as f64 / 1e6,
+                    e.met,
+                    e.slow_gait,
+                    froude(e.slow_froude),
+                    e.fast_gait,
+                    froude(e.fast_froude),
+                    e.upright,
+                    e.to_running,
+                    e.to_walking
+                );
+            }
+        }
+        text
+    }
+}
+
+fn of_variant<'a>(trials: &'a [TrialSummary], name: &str) -> Vec<&'a TrialSummary> {
+    trials.iter().filter(|t| t.variant == name).collect()
+}
+
+fn estimate(values: &[f64], statistic: fn(&[f64]) -> Option<f64>) -> Option<Estimate> {
+    let value = statistic(values)?;
+    let (low, high) = bootstrap_interval(values, statistic, CONFIDENCE, RESAMPLES, 1)?;
+    Some(Estimate {
+        value,
+        interval: [low, high],
+    })
+}

@@ -1,0 +1,81 @@
+//! `gaitshift sweep` end to end on a tiny file: what it leaves behind, that it goes on where it was stopped, and
+//! bad input.
+
+mod common;
+use common::Place;
+
+const TINY: &str = r#"
+name = "tiny sweep"
+experiment = "fast"
+seeds = [1]
+[set.learner]
+actor_hidden = [8]
+critic_hidden = [8]
+batch_size = 32
+threads = 1
+[set.training]
+environments = 4
+steps_per_update = 8
+learning_starts = 200
+evaluation_interval_steps = 800
+replay_capacity = 6000
+[[set.curriculum.phases]]
+name = "only"
+steps = 800
+omega_v = [-0.2, 0.2]
+[[variants]]
+name = "rubber"
+[[variants]]
+name = "ice"
+set.body = { friction = 0.3 }
+"#;
+
+#[test]
+fn a_sweep_leaves_runs_and_a_table_and_is_not_run_twice() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let table = place.json("sweep tiny.toml --json");
+    let variants = table["variants"].as_array().unwrap();
+    assert_eq!(variants.len(), 2);
+    assert_eq!(variants[1]["variant"], "ice");
+    assert_eq!(variants[1]["finished"], 1);
+    for file in [
+        "table.md",
+        "table.json",
+        "rubber/seed-1/controller.safetensors",
+        "ice/seed-1/report.json",
+    ] {
+        assert!(place.path("runs/tiny-sweep").join(file).is_file(), "{file}");
+    }
+    let again = place.output("sweep tiny.toml");
+    let said = String::from_utf8_lossy(&again.stderr);
+    assert!(said.contains("0 trials finished now, 2 before"), "{said}");
+    let markdown = String::from_utf8_lossy(&again.stdout);
+    assert!(markdown.contains("| ice | 1 | 1 |"), "{markdown}");
+}
+
+#[test]
+fn a_dry_run_says_how_long_it_takes_and_writes_nothing() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let said = place.stdout("sweep tiny.toml --dry-run --jobs 2");
+    assert!(
+        said.contains("ice: 1 seed of 800 steps") && said.contains("2 at a time"),
+        "{said}"
+    );
+    assert!(!place.path("runs").exists());
+}
+
+#[test]
+fn bad_files_are_named() {
+    let place = Place::new();
+    place.write("bad.toml", TINY.replace("friction", "frictoin"));
+    place.refused("sweep bad.toml", &["variant `ice`", "frictoin"]);
+    place.refused("sweep none.toml", &["none.toml"]);
+    place.refused("sweep bad.toml --jobs 0", &["--jobs"]);
+    place.write("tiny.toml", TINY);
+    place.refused(
+        "sweep tiny.toml --table",
+        &["no trial has been evaluated yet"],
+    );
+}
