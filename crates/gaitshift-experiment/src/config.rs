@@ -298,6 +298,7 @@ impl Experiment {
                     .to_owned(),
             ));
         }
+        let countable = |steps: u64| (1..=1_000_000_000_000_000).contains(&steps);
         let ranges = [
             (
                 "environments",
@@ -308,20 +309,20 @@ impl Experiment {
             (
                 "steps_per_update",
                 t.steps_per_update as f64,
-                t.steps_per_update > 0,
-                "1 or greater",
+                countable(t.steps_per_update),
+                "between 1 and 1e15",
             ),
             (
                 "metrics_interval_steps",
                 t.metrics_interval_steps as f64,
-                t.metrics_interval_steps > 0,
-                "1 or greater",
+                countable(t.metrics_interval_steps),
+                "between 1 and 1e15",
             ),
             (
                 "evaluation_interval_steps",
                 t.evaluation_interval_steps as f64,
-                t.evaluation_interval_steps > 0,
-                "1 or greater",
+                countable(t.evaluation_interval_steps),
+                "between 1 and 1e15",
             ),
             (
                 "average_evaluations",
@@ -332,8 +333,8 @@ impl Experiment {
             (
                 "checkpoint_interval_steps",
                 t.checkpoint_interval_steps as f64,
-                t.checkpoint_interval_steps > 0,
-                "1 or greater",
+                countable(t.checkpoint_interval_steps),
+                "between 1 and 1e15",
             ),
             (
                 "replay_capacity",

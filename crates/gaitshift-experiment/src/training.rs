@@ -122,6 +122,11 @@ impl Parts {
     }
 }
 
+/// Moves `next` on by whole intervals until it lies after `step`.
+fn after(next: &mut u64, step: u64, interval: u64) {
+    *next += interval * (1 + step.saturating_sub(*next) / interval);
+}
+
 /// Adds the time since `*from` to `part` and begins anew.
 fn lap(from: &mut Instant, part: &mut f64) {
     let now = Instant::now();
@@ -155,6 +160,21 @@ struct Counters {
     verdict: String,
     recent: Recent,
     parts: Parts,
+}
+
+impl Counters {
+    /// Whether a run of this configuration can have counted so.
+    fn are_possible(&self, experiment: &Experiment) -> bool {
+        let t = &experiment.training;
+        let environments = t.environments as u64;
+        self.step <= experiment.curriculum.total_steps() + environments
+            && self.updates <= self.step
+            && self.update_credit < t.steps_per_update + environments
+            && self.recent.steps <= self.step
+            && self.recent.updates <= self.updates
+            && self.recent.episodes.len() <= 100
+            && self.diverged <= self.step
+    }
 }
 
 /// Sums since the last row of metrics, and the latest episodes.
@@ -339,6 +359,12 @@ impl Training {
         let before = Experiment::read(&folder.checkpoint("config.toml"))?;
         let path = folder.checkpoint(STATE);
         let state = read_state(&path)?;
+        if !state.counters.are_possible(&before) {
+            return Err(TrainingError::other(
+                &path,
+                "the checkpoint is damaged: its counters contradict each other".to_owned(),
+            ));
+        }
         let edits = edits(&before, &experiment)?;
         let learner_differs = learner_settings(&before) != learner_settings(&experiment);
         let rehearsing = state.counters.rehearsal_begun;
@@ -516,9 +542,9 @@ impl Training {
             let step = self.counters.step;
             let e = &self.experiment;
             let settings = e.curriculum.at(step, &e.task.reward);
-            let after = e.training.rehearsal.after_steps;
+            let begin = e.training.rehearsal.after_steps;
             self.apply_schedule(step as f64 / total as f64)?;
-            if after > 0 && step >= after && !self.counters.rehearsal_begun {
+            if begin > 0 && step >= begin && !self.counters.rehearsal_begun {
                 self.counters.rehearsal_begun = true;
                 let note = self.begin_rehearsal(&settings)?;
                 observer.note(&note);
@@ -527,19 +553,31 @@ impl Training {
             self.learn()?;
             self.counters.elapsed_s = before_s + clock.elapsed().as_secs_f64();
             if self.counters.step >= self.counters.next_metrics {
-                self.counters.next_metrics += self.experiment.training.metrics_interval_steps;
+                after(
+                    &mut self.counters.next_metrics,
+                    self.counters.step,
+                    self.experiment.training.metrics_interval_steps,
+                );
                 let row = self.metrics_row(&settings);
                 logs.metrics(&row)?;
             }
             if self.counters.step >= self.counters.next_evaluation {
-                self.counters.next_evaluation += self.experiment.training.evaluation_interval_steps;
+                after(
+                    &mut self.counters.next_evaluation,
+                    self.counters.step,
+                    self.experiment.training.evaluation_interval_steps,
+                );
                 let mut from = Instant::now();
                 self.evaluate(observer, &mut logs)?;
                 lap(&mut from, &mut self.counters.parts.evaluating_s);
                 self.counters.elapsed_s = before_s + clock.elapsed().as_secs_f64();
             }
             if self.counters.step >= self.counters.next_checkpoint {
-                self.counters.next_checkpoint += self.experiment.training.checkpoint_interval_steps;
+                after(
+                    &mut self.counters.next_checkpoint,
+                    self.counters.step,
+                    self.experiment.training.checkpoint_interval_steps,
+                );
                 let mut from = Instant::now();
                 self.checkpoint(logs.sync()?)?;
                 lap(&mut from, &mut self.counters.parts.checkpointing_s);

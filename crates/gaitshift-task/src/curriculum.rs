@@ -7,6 +7,9 @@ use gaitshift_body::BodyParameters;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
+/// Most environment steps of a phase: their sum must stay countable.
+const MOST_STEPS: u64 = 1_000_000_000_000_000;
+
 /// One phase of training. Everything optional stays as the task has it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -174,10 +177,10 @@ impl Curriculum {
     pub fn validate(&self, body: &BodyParameters) -> Result<(), TaskError> {
         let c = &self.command;
         require(
-            !self.phases.is_empty(),
+            (1..=1000).contains(&self.phases.len()),
             "curriculum.phases",
-            "empty",
-            "a list of at least one phase",
+            format!("a list of {}", self.phases.len()),
+            "a list of 1 to 1000 phases",
         )?;
         require(
             (0.0..=1.0).contains(&c.focus_share),
@@ -201,7 +204,12 @@ impl Curriculum {
         require(ordered(c.focus), "curriculum.command.focus", c.focus, range)?;
         for (i, p) in self.phases.iter().enumerate() {
             let key = |name: &str| format!("curriculum.phases[{i}].{name}");
-            require(p.steps > 0, &key("steps"), p.steps, "greater than 0")?;
+            require(
+                (1..=MOST_STEPS).contains(&p.steps),
+                &key("steps"),
+                p.steps,
+                "between 1 and 1e15",
+            )?;
             require(ordered(p.omega_v), &key("omega_v"), p.omega_v, range)?;
             if let Some(r) = p.omega_v_end {
                 require(ordered(r), &key("omega_v_end"), r, range)?;

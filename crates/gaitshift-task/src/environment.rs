@@ -184,7 +184,7 @@ impl Environment {
             };
             done += steps;
         }
-        self.periods += 1;
+        self.periods = self.periods.saturating_add(1);
         let factor = reward.factor(self.omega_v);
         let entropy_factor = reward.entropy_factor(self.omega_v);
         let horizon_factor = reward.horizon_factor(self.omega_v);
