@@ -129,7 +129,7 @@ fn threads_and_interruptions_do_not_change_a_bit() {
 
 #[test]
 fn a_changing_command_cuts_transitions_off_and_keeps_to_its_value() {
-    const STREAMS: usize = 4;
+    const ENVIRONMENTS: usize = 4;
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("run");
     let mut experiment = tiny();
@@ -159,12 +159,12 @@ fn a_changing_command_cuts_transitions_off_and_keeps_to_its_value() {
     let flags = replay.tensor("flags").unwrap().data();
     assert_eq!(now, next);
     // Noise of the sensors included.
-    for slot in (0..now.len() - STREAMS).filter(|&slot| flags[slot] == 0) {
-        assert_eq!(seen_next[slot], seen[slot + STREAMS], "slot {slot}");
+    for slot in (0..now.len() - ENVIRONMENTS).filter(|&slot| flags[slot] == 0) {
+        assert_eq!(seen_next[slot], seen[slot + ENVIRONMENTS], "slot {slot}");
     }
     let mut changes = 0;
-    for slot in 0..now.len() - STREAMS {
-        if now[slot + STREAMS] != now[slot] {
+    for slot in 0..now.len() - ENVIRONMENTS {
+        if now[slot + ENVIRONMENTS] != now[slot] {
             assert_ne!(flags[slot] & 0b11, 0, "slot {slot} goes on");
             changes += 1;
         }

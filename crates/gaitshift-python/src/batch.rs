@@ -2,11 +2,12 @@
 
 use crate::controller::Controller;
 use crate::convert::{body_and_task, to_python, value_error};
-use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT};
+use gaitshift_body::{BodyState, LEFT, RIGHT};
 use gaitshift_experiment::{Simulation, recording_row};
 use gaitshift_figures::Snapshot;
 use gaitshift_task::{
-    EndReason, Environment, OBSERVATION_SIZE, RewardTerms, StepOutcome, TaskParameters,
+    AutoReset, Environment, INFO_SIZE, OBSERVATION_SIZE, Opening, VectorEnvironment, VectorStep,
+    info_names,
 };
 use gaitshift_view::{Server, Show, Stopper, ViewOptions, Watched};
 use numpy::ndarray::{Array1, Array2, Array3};
@@ -14,218 +15,12 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray2, PyUntyp
 use pyo3::exceptions::{PyIndexError, PyOSError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use rand::{RngExt, SeedableRng};
-use rand_xoshiro::Xoshiro256PlusPlus;
 use std::net::{Ipv4Addr, SocketAddr};
-
-/// Terms of the reward, without the symmetry term (7), which only a learner knows.
-const TERMS: usize = RewardTerms::NAMES.len() - 1;
-const INFO_SIZE: usize = 4 + TERMS + 16;
-
-/// Names of the numbers in `info`: those of a recording's columns, and `diverged` at the end.
-pub fn info_names() -> Vec<String> {
-    let terms = RewardTerms::NAMES
-        .iter()
-        .filter(|name| **name != "symmetry");
-    let rest = [
-        "kinetic_energy_j",
-        "gravitational_energy_j",
-        "hip_spring_energy_j",
-        "leg_spring_energy_j",
-        "contact_energy_j",
-        "stop_energy_j",
-        "actuator_work_j",
-        "actuator_positive_work_j",
-        "damper_dissipation_j",
-        "contact_dissipation_j",
-        "stop_dissipation_j",
-        "right_normal_force_n",
-        "right_tangential_force_n",
-        "left_normal_force_n",
-        "left_tangential_force_n",
-        "diverged",
-    ];
-    ["time_s", "omega_v", "x_m", "z_m"]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(terms.map(|name| format!("reward_{name}")))
-        .chain(rest.map(str::to_owned))
-        .collect()
-}
-
-/// How a vector environment goes on after an episode, as Gymnasium's `AutoresetMode`.
-const NEXT_STEP: u8 = 0;
-const SAME_STEP: u8 = 1;
-
-/// How an episode begins.
-#[derive(Debug, Clone, Copy)]
-struct Opening {
-    omega_v: Option<f64>,
-    default_start: bool,
-}
-
-impl Opening {
-    const DRAWN: Self = Self {
-        omega_v: None,
-        default_start: false,
-    };
-}
-
-/// One environment with its own random numbers.
-#[derive(Debug, Clone)]
-struct Slot {
-    environment: Environment,
-    rng: Xoshiro256PlusPlus,
-    /// The episode is over: the next step begins another.
-    over: bool,
-}
-
-/// What one step of one environment gives.
-#[derive(Debug, Clone, Copy, Default)]
-struct Row {
-    observation: [f64; OBSERVATION_SIZE],
-    reward: f64,
-    terminated: bool,
-    truncated: bool,
-    info: [f64; INFO_SIZE],
-    /// Terms of the reward and mean forces, for whoever watches.
-    terms: RewardTerms,
-    report: AdvanceReport,
-    /// Observation and info of the episode that ended within this step, where a new one has begun.
-    last: Option<([f64; OBSERVATION_SIZE], [f64; INFO_SIZE])>,
-}
-
-/// What all environments share.
-#[derive(Debug)]
-struct Setting {
-    body: Body,
-    task: TaskParameters,
-    omega_v: [f64; 2],
-}
-
-impl Setting {
-    /// Begins an episode. The start is drawn before the command, so that a seed gives the start that the
-    /// program's `--seed` gives.
-    fn begin(&self, slot: &mut Slot, opening: Opening) -> Row {
-        let start = if opening.default_start {
-            Environment::default_start(&self.body, &self.task)
-        } else {
-            Environment::random_start(&self.body, &self.task, None, &mut slot.rng)
-        };
-        let [low, high] = self.omega_v;
-        let omega_v = match opening.omega_v {
-            Some(omega_v) => omega_v,
-            None if low < high => low + (high - low) * slot.rng.random::<f64>(),
-            None => low,
-        };
-        slot.environment = Environment::new(&self.body, start, omega_v);
-        slot.over = false;
-        let contact = [RIGHT, LEFT].map(|leg| self.body.foot_contact(&start, leg));
-        let report = AdvanceReport {
-            normal_n: contact.map(|c| c.normal_n),
-            tangential_n: contact.map(|c| c.tangential_n),
-            ..AdvanceReport::default()
-        };
-        Row {
-            observation: slot.environment.observation(),
-            info: self.info(&slot.environment, &RewardTerms::default(), &report, false),
-            report,
-            ..Row::default()
-        }
-    }
-
-    fn step(&self, slot: &mut Slot, command: [f64; 2]) -> Row {
-        let environment = &mut slot.environment;
-        let before = environment.clone();
-        let outcome: StepOutcome =
-            environment.step(&self.body, &self.task, &self.task.reward, command);
-        let diverged = outcome.ended == Some(EndReason::Diverged);
-        if diverged {
-            // Numbers that are none must not reach a learner: the last state that had any stays.
-            *environment = before;
-        }
-        let report = if diverged {
-            AdvanceReport::default()
-        } else {
-            outcome.report
-        };
-        slot.over = outcome.ended.is_some();
-        Row {
-            observation: environment.observation(),
-            reward: outcome.factor * outcome.terms.sum(),
-            terminated: outcome.ended.is_some_and(EndReason::is_termination),
-            truncated: outcome.ended == Some(EndReason::TimeLimit),
-            info: self.info(environment, &outcome.terms, &report, diverged),
-            terms: outcome.terms,
-            report,
-            last: None,
-        }
-    }
-
-    /// The numbers of `info`, in the order of their names.
-    fn info(
-        &self,
-        environment: &Environment,
-        terms: &RewardTerms,
-        report: &AdvanceReport,
-        diverged: bool,
-    ) -> [f64; INFO_SIZE] {
-        let s: &BodyState = &environment.state;
-        let (energy, account) = (self.body.energy(s), &environment.account);
-        let names = RewardTerms::NAMES.iter().zip(terms.values());
-        let place = [
-            f64::from(environment.periods) * self.task.control_period_s,
-            environment.omega_v,
-            s.x,
-            s.z,
-        ];
-        let rest = [
-            energy.kinetic,
-            energy.gravitational,
-            energy.hip_springs,
-            energy.leg_springs(),
-            energy.contact,
-            energy.stops,
-            account.work(),
-            account.positive_work(),
-            account.dampers(),
-            account.contact(),
-            account.stops,
-            report.normal_n[RIGHT],
-            report.tangential_n[RIGHT],
-            report.normal_n[LEFT],
-            report.tangential_n[LEFT],
-            f64::from(u8::from(diverged)),
-        ];
-        let own = names.filter(|(name, _)| **name != "symmetry");
-        let mut values = place.into_iter().chain(own.map(|term| term.1)).chain(rest);
-        std::array::from_fn(|_| values.next().unwrap_or_default())
-    }
-
-    /// One step of one environment of a vector, with Gymnasium's automatic resets.
-    fn vector_step(&self, slot: &mut Slot, command: [f64; 2], autoreset: u8) -> Row {
-        if slot.over && autoreset == NEXT_STEP {
-            return self.begin(slot, Opening::DRAWN);
-        }
-        let row = self.step(slot, command);
-        if !(slot.over && autoreset == SAME_STEP) {
-            return row;
-        }
-        let first = self.begin(slot, Opening::DRAWN);
-        Row {
-            observation: first.observation,
-            info: first.info,
-            last: Some((row.observation, row.info)),
-            ..row
-        }
-    }
-}
 
 /// See `_native.pyi`.
 #[pyclass(module = "gaitshift._native")]
 pub struct Batch {
-    setting: Setting,
-    slots: Vec<Slot>,
+    vector: VectorEnvironment,
     threads: usize,
     names: Vec<Py<PyString>>,
     shown: Option<Shown>,
@@ -283,19 +78,8 @@ impl Batch {
         }
         let count = in_range("num_envs", count, 65_536)?;
         let threads = in_range("threads", threads, 256)?;
-        let blank = Environment::new(&body, BodyState::standing(&body), 0.0);
-        let slot = Slot {
-            environment: blank,
-            rng: Xoshiro256PlusPlus::seed_from_u64(0),
-            over: false,
-        };
         Ok(Self {
-            slots: vec![slot; count],
-            setting: Setting {
-                body,
-                task,
-                omega_v,
-            },
+            vector: VectorEnvironment::new(body, task, omega_v, count),
             threads,
             shown: None,
             names: info_names()
@@ -307,37 +91,39 @@ impl Batch {
 
     #[getter]
     fn body<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, self.setting.body.parameters())
+        to_python(py, self.vector.body().parameters())
     }
 
     #[getter]
     fn task<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.setting.task)
+        to_python(py, self.vector.task())
     }
 
     fn seed(&mut self, index: usize, seed: u64) -> PyResult<()> {
-        self.slot(index)?.rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        self.check_index(index)?;
+        self.vector.seed(index, seed);
         Ok(())
     }
 
     #[getter]
     fn omega_v(&self) -> Vec<f64> {
-        self.slots.iter().map(|s| s.environment.omega_v).collect()
+        let commands = (0..self.vector.len()).map(|i| self.vector.environment(i).omega_v);
+        commands.collect()
     }
 
     /// The commands of all environments; none changes if one is out of range.
     #[setter]
     fn set_omega_v(&mut self, omega_v: Vec<f64>) -> PyResult<()> {
-        if omega_v.len() != self.slots.len() {
+        if omega_v.len() != self.vector.len() {
             return Err(value_error(format!(
                 "{} commands were given for {} environments",
                 omega_v.len(),
-                self.slots.len()
+                self.vector.len()
             )));
         }
         omega_v.iter().try_for_each(|&value| check_command(value))?;
-        for (slot, value) in self.slots.iter_mut().zip(omega_v) {
-            slot.environment.omega_v = value;
+        for (index, value) in omega_v.into_iter().enumerate() {
+            self.vector.set_command(index, value);
         }
         Ok(())
     }
@@ -345,15 +131,15 @@ impl Batch {
     /// Serves a page on the loopback address that shows the first environment; gives its address. Steps and episodes
     /// of single environments are shown.
     fn watch(&mut self, name: &str) -> PyResult<String> {
-        let setting = &self.setting;
+        let (body, task) = (self.vector.body(), self.vector.task());
         let options = ViewOptions {
             address: SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0),
             names: Vec::new(),
         };
         let server = Server::bind(&options).map_err(|e| PyOSError::new_err(e.to_string()))?;
-        let start = BodyState::standing(&setting.body);
-        let metadata = Simulation::new(&setting.body, &setting.task, start, 0.0).metadata(name, 0);
-        let watched = Watched::new(name, setting.body.parameters(), metadata);
+        let start = BodyState::standing(body);
+        let metadata = Simulation::new(body, task, start, 0.0).metadata(name, 0);
+        let watched = Watched::new(name, body.parameters(), metadata);
         let (url, stopper) = (server.url(), server.stopper());
         let show = Show::Watched(watched.clone());
         std::thread::Builder::new()
@@ -381,16 +167,11 @@ impl Batch {
         indices: Vec<usize>,
         width_px: u32,
     ) -> PyResult<Vec<Bound<'py, PyArray3<u8>>>> {
-        let body = &self.setting.body;
-        let slots = indices
+        let body = self.vector.body();
+        indices
             .iter()
-            .map(|&index| {
-                self.slots.get(index).ok_or_else(|| {
-                    PyIndexError::new_err(format!("there is no environment {index}"))
-                })
-            })
-            .collect::<PyResult<Vec<&Slot>>>()?;
-        let period_s = self.setting.task.control_period_s;
+            .try_for_each(|&index| self.check_index(index))?;
+        let period_s = self.vector.task().control_period_s;
         let draw = |environment: &Environment| {
             let state = &environment.state;
             let force_n = [RIGHT, LEFT].map(|leg| {
@@ -407,7 +188,9 @@ impl Batch {
             .draw(width_px)
         };
         let pictures = py.detach(|| {
-            let drawn = slots.iter().map(|slot| draw(&slot.environment));
+            let drawn = indices
+                .iter()
+                .map(|&index| draw(self.vector.environment(index)));
             drawn.collect::<Result<Vec<_>, _>>()
         });
         let pictures = pictures.map_err(|e| value_error(e.to_string()))?;
@@ -428,11 +211,12 @@ impl Batch {
     }
 
     fn state<'py>(
-        &mut self,
+        &self,
         py: Python<'py>,
         index: usize,
     ) -> PyResult<(Vector<'py, f64>, Vector<'py, f64>)> {
-        let state = self.slot(index)?.environment.state;
+        self.check_index(index)?;
+        let state = self.vector.environment(index).state;
         Ok((
             PyArray1::from_slice(py, &state.positions()),
             PyArray1::from_slice(py, &state.velocities()),
@@ -448,21 +232,21 @@ impl Batch {
         default_start: bool,
     ) -> PyResult<(Vector<'py, f64>, Bound<'py, PyDict>)> {
         omega_v.map_or(Ok(()), check_command)?;
-        self.slot(index)?;
+        self.check_index(index)?;
         let opening = Opening {
             omega_v,
             default_start,
         };
-        let row = self.setting.begin(&mut self.slots[index], opening);
+        let step = self.vector.reset(index, opening);
         if index == 0 {
             if let Some(shown) = &self.shown {
                 shown.watched.begin();
             }
-            self.show([0.0; 2], &row);
+            self.show([0.0; 2], &step);
         }
         Ok((
-            PyArray1::from_slice(py, &row.observation),
-            self.info(py, &row.info)?,
+            PyArray1::from_slice(py, &step.observation),
+            self.info(py, &step.info)?,
         ))
     }
 
@@ -470,14 +254,14 @@ impl Batch {
     fn step_one<'py>(&mut self, py: Python<'py>, right: f64, left: f64) -> PyResult<OneStep<'py>> {
         check_action(right)?;
         check_action(left)?;
-        let row = py.detach(|| self.setting.step(&mut self.slots[0], [right, left]));
-        self.show([right, left].map(|c| c.clamp(-1.0, 1.0)), &row);
+        let step = py.detach(|| self.vector.step(0, [right, left]));
+        self.show([right, left].map(|c| c.clamp(-1.0, 1.0)), &step);
         Ok((
-            PyArray1::from_slice(py, &row.observation),
-            row.reward,
-            row.terminated,
-            row.truncated,
-            self.info(py, &row.info)?,
+            PyArray1::from_slice(py, &step.observation),
+            step.reward,
+            step.terminated,
+            step.truncated,
+            self.info(py, &step.info)?,
         ))
     }
 
@@ -490,36 +274,29 @@ impl Batch {
         default_start: bool,
     ) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
         omega_v.map_or(Ok(()), check_command)?;
-        if mask.len() != self.slots.len() {
+        if mask.len() != self.vector.len() {
             return Err(value_error(format!(
                 "the mask has {} elements for {} environments",
                 mask.len(),
-                self.slots.len()
+                self.vector.len()
             )));
         }
         let opening = Opening {
             omega_v,
             default_start,
         };
-        let report = AdvanceReport::default();
-        let rows: Vec<Row> = self
-            .slots
-            .iter_mut()
-            .zip(mask)
-            .map(|(slot, begin)| {
+        let steps: Vec<VectorStep> = mask
+            .into_iter()
+            .enumerate()
+            .map(|(index, begin)| {
                 if begin {
-                    return self.setting.begin(slot, opening);
-                }
-                let environment = &slot.environment;
-                let terms = RewardTerms::default();
-                Row {
-                    observation: environment.observation(),
-                    info: self.setting.info(environment, &terms, &report, false),
-                    ..Row::default()
+                    self.vector.reset(index, opening)
+                } else {
+                    self.vector.look(index)
                 }
             })
             .collect();
-        let (observations, _, _, _, info, _) = vectors(py, &rows)?;
+        let (observations, _, _, _, info, _) = vectors(py, &steps)?;
         Ok((observations, info))
     }
 
@@ -530,7 +307,7 @@ impl Batch {
         actions: PyReadonlyArray2<'py, f64>,
         autoreset: u8,
     ) -> PyResult<Vectors<'py>> {
-        let count = self.slots.len();
+        let count = self.vector.len();
         if actions.shape() != [count, 2] {
             return Err(value_error(format!(
                 "`actions` has the shape {:?}, but it must be ({count}, 2)",
@@ -544,64 +321,45 @@ impl Batch {
                 check_action(*value).map_err(|e| value_error(format!("environment {k}: {e}")))?;
             }
         }
-        let Self {
-            setting,
-            slots,
-            threads,
-            ..
-        } = self;
-        let mut rows = vec![Row::default(); count];
-        py.detach(|| {
-            let share = count.div_ceil(*threads);
-            let work = |slots: &mut [Slot], commands: &[[f64; 2]], rows: &mut [Row]| {
-                for ((slot, command), row) in slots.iter_mut().zip(commands).zip(rows) {
-                    *row = setting.vector_step(slot, *command, autoreset);
-                }
-            };
-            if share >= count {
-                return work(slots, &commands, &mut rows);
-            }
-            std::thread::scope(|scope| {
-                for ((slots, commands), rows) in slots
-                    .chunks_mut(share)
-                    .zip(commands.chunks(share))
-                    .zip(rows.chunks_mut(share))
-                {
-                    scope.spawn(move || work(slots, commands, rows));
-                }
-            });
-        });
-        vectors(py, &rows)
+        let auto_reset = match autoreset {
+            0 => AutoReset::NextStep,
+            1 => AutoReset::SameStep,
+            _ => AutoReset::Disabled,
+        };
+        let threads = self.threads;
+        let steps = py.detach(|| self.vector.step_all(&commands, auto_reset, threads));
+        vectors(py, &steps)
     }
 }
 
 impl Batch {
     /// Shows the first environment after a step, if anyone watches.
-    fn show(&mut self, command: [f64; 2], row: &Row) {
-        if let (Some(shown), Some(slot)) = (&mut self.shown, self.slots.first()) {
-            let (setting, environment) = (&self.setting, &slot.environment);
-            let time_s = f64::from(environment.periods) * setting.task.control_period_s;
+    fn show(&mut self, command: [f64; 2], step: &VectorStep) {
+        if let Some(shown) = &mut self.shown {
+            let environment = self.vector.environment(0);
+            let period_s = self.vector.task().control_period_s;
             recording_row(
-                &setting.body,
+                self.vector.body(),
                 environment,
-                time_s,
+                f64::from(environment.periods) * period_s,
                 command,
-                &row.report,
-                &row.terms,
+                &step.report,
+                &step.terms,
                 &mut shown.row,
             );
             shown.watched.push(&shown.row);
         }
     }
 
-    fn slot(&mut self, index: usize) -> PyResult<&mut Slot> {
-        let count = self.slots.len();
-        self.slots.get_mut(index).ok_or_else(|| {
-            PyIndexError::new_err(format!(
-                "there is no environment {index}, only 0 to {}",
-                count - 1
-            ))
-        })
+    fn check_index(&self, index: usize) -> PyResult<()> {
+        let count = self.vector.len();
+        if index < count {
+            return Ok(());
+        }
+        Err(PyIndexError::new_err(format!(
+            "there is no environment {index}, only 0 to {}",
+            count - 1
+        )))
     }
 
     fn info<'py>(
@@ -648,33 +406,33 @@ fn check_command(omega_v: f64) -> PyResult<()> {
     )))
 }
 
-/// Rows of all environments as arrays: one row for each environment, `info` one row for each name.
-fn vectors<'py>(py: Python<'py>, rows: &[Row]) -> PyResult<Vectors<'py>> {
-    let count = rows.len();
-    let array = |observations: &dyn Fn(&Row) -> [f64; OBSERVATION_SIZE],
-                 info: &dyn Fn(&Row) -> [f64; INFO_SIZE]| {
+/// A step of all environments as arrays: observations one row for each environment, `info` one row for each name.
+fn vectors<'py>(py: Python<'py>, steps: &[VectorStep]) -> PyResult<Vectors<'py>> {
+    let count = steps.len();
+    let array = |observations: &dyn Fn(&VectorStep) -> [f64; OBSERVATION_SIZE],
+                 info: &dyn Fn(&VectorStep) -> [f64; INFO_SIZE]| {
         let mut o = Array2::<f64>::zeros((count, OBSERVATION_SIZE));
         let mut i = Array2::<f64>::zeros((INFO_SIZE, count));
-        for (k, row) in rows.iter().enumerate() {
-            o.row_mut(k).assign(&Array1::from_iter(observations(row)));
-            i.column_mut(k).assign(&Array1::from_iter(info(row)));
+        for (k, step) in steps.iter().enumerate() {
+            o.row_mut(k).assign(&Array1::from_iter(observations(step)));
+            i.column_mut(k).assign(&Array1::from_iter(info(step)));
         }
         (o.into_pyarray(py), i.into_pyarray(py))
     };
-    let (observations, info) = array(&|row| row.observation, &|row| row.info);
-    let ended = rows.iter().any(|row| row.last.is_some());
+    let (observations, info) = array(&|step| step.observation, &|step| step.info);
+    let ended = steps.iter().any(|step| step.last.is_some());
     let last = ended.then(|| {
         array(
-            &|row| row.last.map_or([0.0; OBSERVATION_SIZE], |last| last.0),
-            &|row| row.last.map_or([0.0; INFO_SIZE], |last| last.1),
+            &|step| step.last.map_or([0.0; OBSERVATION_SIZE], |last| last.0),
+            &|step| step.last.map_or([0.0; INFO_SIZE], |last| last.1),
         )
     });
-    let flags = |flag: fn(&Row) -> bool| PyArray1::from_iter(py, rows.iter().map(flag));
+    let flags = |flag: fn(&VectorStep) -> bool| PyArray1::from_iter(py, steps.iter().map(flag));
     Ok((
         observations,
-        PyArray1::from_iter(py, rows.iter().map(|row| row.reward)),
-        flags(|row| row.terminated),
-        flags(|row| row.truncated),
+        PyArray1::from_iter(py, steps.iter().map(|step| step.reward)),
+        flags(|step| step.terminated),
+        flags(|step| step.truncated),
         info,
         last,
     ))

@@ -8,8 +8,6 @@ use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use rand::SeedableRng;
-use rand_xoshiro::Xoshiro256PlusPlus;
 use std::path::{Path, PathBuf};
 
 /// See `_native.pyi`.
@@ -148,13 +146,7 @@ impl Controller {
         let body = gaitshift_body::Body::new(parameters).map_err(value_error)?;
         let task = &self.controller.task;
         task.validate(body.parameters()).map_err(value_error)?;
-        let start = match seed {
-            Some(seed) => {
-                let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-                Environment::random_start(&body, task, None, &mut rng)
-            }
-            None => Environment::default_start(&body, task),
-        };
+        let start = Environment::start(&body, task, seed);
         let mut policy = self.controller.policy.clone();
         let recording = py.detach(|| {
             Rollout {

@@ -12,7 +12,7 @@ mod convert;
 mod recording;
 
 use gaitshift_analysis::recording::COLUMNS;
-use gaitshift_task::{OBSERVATION_NAMES, OBSERVATION_SCALE};
+use gaitshift_task::{OBSERVATION_NAMES, OBSERVATION_SCALE, info_names};
 use pyo3::prelude::*;
 
 #[pymodule(name = "_native")]
@@ -25,6 +25,6 @@ fn native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("OBSERVATION_NAMES", OBSERVATION_NAMES.to_vec())?;
     m.add("OBSERVATION_SCALE", OBSERVATION_SCALE.to_vec())?;
     m.add("COLUMNS", COLUMNS.to_vec())?;
-    m.add("INFO_NAMES", batch::info_names())?;
+    m.add("INFO_NAMES", info_names())?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
 }

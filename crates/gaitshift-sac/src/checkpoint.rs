@@ -28,6 +28,8 @@ const AGENT_KEY: &str = "gaitshift-sac-agent";
 const REPLAY_KEY: &str = "gaitshift-sac-replay";
 const ACTING_NOISE: &str = "acting_noise";
 const REHEARSAL: [&str; 2] = ["rehearsal.observations", "rehearsal.actions"];
+/// More updates than any run makes: counting on from there does not overflow.
+const MOST_UPDATES: u64 = 1 << 62;
 /// Version of both formats.
 const FORMAT: u32 = 1;
 
@@ -409,6 +411,14 @@ impl Agent {
             .validate()
             .and_then(|()| check_sizes(sizes))
             .map_err(|error| reader.reject(error.to_string()))?;
+        let counts = [header.updates, header.actor_steps];
+        if counts
+            .iter()
+            .chain(&header.critic_steps)
+            .any(|&count| count > MOST_UPDATES)
+        {
+            return Err(reader.reject("it counts more updates than any run can make".to_owned()));
+        }
         // The file holds what its header says, or this fails before memory is taken for it.
         reader.check(&actor_shape(config, sizes), "actor")?;
         reader.check(&critic_shape(config, sizes), "critic_1")?;

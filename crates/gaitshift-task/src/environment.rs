@@ -95,6 +95,18 @@ impl Environment {
         )
     }
 
+    /// Where a motion starts: the default start, or the random one that a seed draws. A seed draws the same one
+    /// everywhere in this project.
+    pub fn start(body: &Body, task: &TaskParameters, seed: Option<u64>) -> BodyState {
+        match seed {
+            Some(seed) => {
+                let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+                Self::random_start(body, task, None, &mut rng)
+            }
+            None => Self::default_start(body, task),
+        }
+    }
+
     /// A start drawn from the start's ranges, either leg in front.
     pub fn random_start(
         body: &Body,
@@ -269,12 +281,12 @@ struct Ramp {
 pub struct EnvironmentBatch {
     body: Body,
     task: TaskParameters,
-    lanes: Vec<Lane>,
+    members: Vec<Member>,
 }
 
 /// One environment of a batch, with its running episode and its random numbers.
 #[derive(Debug, Clone)]
-pub struct Lane {
+pub struct Member {
     environment: Environment,
     episode: Episode,
     /// The episode's own body, where it has one; follows from its conditions.
@@ -315,7 +327,7 @@ impl EnvironmentBatch {
     ) -> Self {
         let mut seeds = Xoshiro256PlusPlus::seed_from_u64(seed);
         let blank = Environment::new(&body, BodyState::standing(&body), 0.0);
-        let lane = |_| Lane {
+        let member = |_| Member {
             environment: blank.clone(),
             episode: Episode {
                 ramp: Ramp::default(),
@@ -328,8 +340,12 @@ impl EnvironmentBatch {
             },
             body: None,
         };
-        let lanes = (0..count).map(lane).collect();
-        let mut batch = Self { body, task, lanes };
+        let members = (0..count).map(member).collect();
+        let mut batch = Self {
+            body,
+            task,
+            members,
+        };
         for i in 0..count {
             batch.reset(i, settings);
         }
@@ -338,12 +354,12 @@ impl EnvironmentBatch {
 
     /// Number of environments.
     pub fn len(&self) -> usize {
-        self.lanes.len()
+        self.members.len()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.lanes.is_empty()
+        self.members.is_empty()
     }
 
     /// The body.
@@ -353,25 +369,25 @@ impl EnvironmentBatch {
 
     /// The body of environment `i` in its running episode: [`EnvironmentBatch::body`] unless the phase randomizes.
     pub fn body_of(&self, i: usize) -> &Body {
-        self.lanes[i].body.as_ref().unwrap_or(&self.body)
+        self.members[i].body.as_ref().unwrap_or(&self.body)
     }
 
     /// Environment `i`.
     pub fn environment(&self, i: usize) -> &Environment {
-        &self.lanes[i].environment
+        &self.members[i].environment
     }
 
     /// The environments.
     pub fn environments(&self) -> impl Iterator<Item = &Environment> {
-        self.lanes.iter().map(|lane| &lane.environment)
+        self.members.iter().map(|member| &member.environment)
     }
 
     /// What the controller of environment `i` is told of its state under `omega_v`, in SI units: the observation with
     /// its sensors' error.
     pub fn observation(&self, i: usize, omega_v: f64) -> [f64; OBSERVATION_SIZE] {
-        let lane = &self.lanes[i];
-        let mut observation = observe(&lane.environment.state, omega_v);
-        if let Some(conditions) = &lane.episode.conditions {
+        let member = &self.members[i];
+        let mut observation = observe(&member.environment.state, omega_v);
+        if let Some(conditions) = &member.episode.conditions {
             for (value, error) in observation.iter_mut().zip(conditions.error) {
                 *value += error;
             }
@@ -379,16 +395,20 @@ impl EnvironmentBatch {
         observation
     }
 
-    /// Body, task and the environments one by one, for threads that step them side by side ([`Lane::step`]).
-    pub fn split(&mut self) -> (&Body, &TaskParameters, &mut [Lane]) {
-        (&self.body, &self.task, &mut self.lanes)
+    /// Body, task and the environments one by one, for threads that step them side by side ([`Member::step`]).
+    pub fn split(&mut self) -> (&Body, &TaskParameters, &mut [Member]) {
+        (&self.body, &self.task, &mut self.members)
     }
 
     /// A copy of everything that changes, for a checkpoint.
     pub fn state(&self) -> BatchState {
         BatchState {
             environments: self.environments().cloned().collect(),
-            episodes: self.lanes.iter().map(|lane| lane.episode.clone()).collect(),
+            episodes: self
+                .members
+                .iter()
+                .map(|member| member.episode.clone())
+                .collect(),
         }
     }
 
@@ -397,18 +417,18 @@ impl EnvironmentBatch {
     pub fn restore(&mut self, state: BatchState) -> bool {
         let fits = state.environments.len() == self.len() && state.episodes.len() == self.len();
         let saved = state.environments.into_iter().zip(state.episodes);
-        let lanes: Result<Vec<_>, _> = saved
+        let members: Result<Vec<_>, _> = saved
             .map(|(environment, episode)| {
-                Ok::<_, ParameterError>(Lane {
+                Ok::<_, ParameterError>(Member {
                     body: episode.body()?,
                     environment,
                     episode,
                 })
             })
             .collect();
-        match lanes {
-            Ok(lanes) if fits => {
-                self.lanes = lanes;
+        match members {
+            Ok(members) if fits => {
+                self.members = members;
                 true
             }
             _ => false,
@@ -417,11 +437,11 @@ impl EnvironmentBatch {
 
     /// Starts a new episode in environment `i`.
     pub fn reset(&mut self, i: usize, settings: &PhaseSettings) {
-        let Lane {
+        let Member {
             environment,
             episode,
             body: own,
-        } = &mut self.lanes[i];
+        } = &mut self.members[i];
         // A command that is held goes on after a fall, until its time is over.
         let held = 1..settings.command.hold_periods;
         let omega_v = if held.contains(&episode.held_periods) {
@@ -454,7 +474,7 @@ impl EnvironmentBatch {
         symmetry: f64,
         settings: &PhaseSettings,
     ) -> (StepOutcome, Option<FinishedEpisode>) {
-        self.lanes[i].step(&self.body, &self.task, command, symmetry, settings)
+        self.members[i].step(&self.body, &self.task, command, symmetry, settings)
     }
 }
 
@@ -466,7 +486,7 @@ impl Episode {
     }
 }
 
-impl Lane {
+impl Member {
     /// [`EnvironmentBatch::step`] with the body and the task of its batch.
     pub fn step(
         &mut self,

@@ -1,5 +1,6 @@
 //! What is asked of the body: observation and its mirror, the reward of the paper term by term,
-//! endings of an episode, the curriculum as data, randomized episodes, and a batch of environments stepped together.
+//! endings of an episode, the curriculum as data, randomized episodes, a batch of environments for training,
+//! and a vector of them with automatic resets for everybody else.
 
 mod curriculum;
 mod environment;
@@ -7,10 +8,11 @@ mod observation;
 mod parameters;
 mod randomization;
 mod reward;
+mod vector;
 
 pub use curriculum::{CommandDraw, Curriculum, Phase, PhaseSettings};
 pub use environment::{
-    BatchState, EndReason, Environment, EnvironmentBatch, FinishedEpisode, Lane, StepOutcome,
+    BatchState, EndReason, Environment, EnvironmentBatch, FinishedEpisode, Member, StepOutcome,
 };
 pub use observation::{
     ACTION_MIRROR, ACTION_SIZE, OBSERVATION_MIRROR, OBSERVATION_NAMES, OBSERVATION_SCALE,
@@ -19,3 +21,4 @@ pub use observation::{
 pub use parameters::{StartParameters, TaskError, TaskParameters, TerminationParameters};
 pub use randomization::{BodyFactors, Randomization, SensorNoise};
 pub use reward::{LegTerm, RewardOverrides, RewardParameters, RewardTerms, StepEnergies};
+pub use vector::{AutoReset, INFO_SIZE, Opening, VectorEnvironment, VectorStep, info_names};

@@ -5,8 +5,6 @@ use gaitshift_analysis::recording::{COLUMNS, Recording};
 use gaitshift_body::{Body, BodyParameters, BodyState, ParameterError};
 use gaitshift_experiment::{Controller, Deterministic, Simulation};
 use gaitshift_task::{EndReason, Environment};
-use rand::SeedableRng;
-use rand_xoshiro::Xoshiro256PlusPlus;
 use std::collections::VecDeque;
 
 /// Rows kept for recordings, films and analyses: a minute at the default control period.
@@ -29,13 +27,7 @@ pub struct Cast {
 
 impl Cast {
     fn start(&self, body: &Body) -> BodyState {
-        match self.seed {
-            Some(seed) => {
-                let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-                Environment::random_start(body, &self.controller.task, None, &mut rng)
-            }
-            None => Environment::default_start(body, &self.controller.task),
-        }
+        Environment::start(body, &self.controller.task, self.seed)
     }
 }
 

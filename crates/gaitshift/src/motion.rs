@@ -10,8 +10,6 @@ use gaitshift_experiment::{
 };
 use gaitshift_task::{Environment, TaskParameters};
 use gaitshift_view::Cast;
-use rand::SeedableRng;
-use rand_xoshiro::Xoshiro256PlusPlus;
 use std::path::Path;
 
 /// A controller on a body, ready to move.
@@ -49,13 +47,7 @@ impl Subject {
             None => controller.body.clone(),
         };
         let body = Body::new(parameters).map_err(Failure::input)?;
-        let start = match arguments.seed {
-            Some(seed) => {
-                let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-                Environment::random_start(&body, &controller.task, None, &mut rng)
-            }
-            None => Environment::default_start(&body, &controller.task),
-        };
+        let start = Environment::start(&body, &controller.task, arguments.seed);
         Ok(Self {
             controller,
             body,

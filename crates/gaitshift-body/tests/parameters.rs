@@ -1,0 +1,102 @@
+//! Contract: the defaults are a body of 40 kg that can be; whatever cannot be is refused by its key, its value and what is
+//! accepted; parameters go through TOML without losing a bit, and unknown keys are refused.
+
+use gaitshift_body::{Body, BodyParameters};
+
+/// The default parameters with one of them replaced.
+fn with(key: &str, value: f64) -> BodyParameters {
+    let mut table = toml::Table::try_from(BodyParameters::default()).unwrap();
+    let old = table.get(key).unwrap_or_else(|| panic!("no key {key}"));
+    let value = match old {
+        toml::Value::Integer(_) => toml::Value::Integer(value as i64),
+        _ => toml::Value::Float(value),
+    };
+    table.insert(key.to_owned(), value);
+    table.try_into().unwrap()
+}
+
+fn keys() -> Vec<String> {
+    let table = toml::Table::try_from(BodyParameters::default()).unwrap();
+    table.keys().cloned().collect()
+}
+
+#[test]
+fn the_defaults_are_a_body_of_forty_kilograms() {
+    let p = BodyParameters::default();
+    p.validate().unwrap();
+    assert_eq!(p.total_mass_kg(), 40.0);
+    Body::new(p).unwrap();
+}
+
+#[test]
+fn no_parameter_may_be_something_other_than_a_number() {
+    for key in keys() {
+        if key == "foot_sphere_count" {
+            continue;
+        }
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let error = with(&key, value).validate().unwrap_err();
+            assert_eq!(error.key, key);
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_is_refused_by_name_and_value() {
+    for (key, value, accepted) in [
+        ("hip_mass_kg", 0.0, "greater than 0"),
+        ("foot_mass_kg", -1.0, "greater than 0"),
+        ("friction", -0.1, "0 or greater"),
+        ("time_step_s", 0.011, "at most 0.01"),
+        ("time_step_s", 0.0, "greater than 0"),
+        ("contact_exponent", 0.5, "between 1 and 3"),
+        ("contact_exponent", 3.1, "between 1 and 3"),
+        ("foot_sphere_count", 0.0, "between 1 and 1000"),
+        ("foot_sphere_count", 1001.0, "between 1 and 1000"),
+        (
+            "foot_sphere_radius_m",
+            0.27,
+            "smaller than foot_arc_radius_m",
+        ),
+        ("foot_arc_radius_m", 0.81, "at most leg_length_m"),
+        ("foot_arc_half_angle_rad", 3.2, "at most pi"),
+        ("hip_com_height_m", -2.1, "between -2 and 2"),
+    ] {
+        let error = with(key, value).validate().unwrap_err();
+        assert_eq!((error.key, error.value), (key, value));
+        let message = error.to_string();
+        for word in [key, accepted] {
+            assert!(message.contains(word), "{message}");
+        }
+        assert!(Body::new(with(key, value)).is_err());
+    }
+}
+
+#[test]
+fn limits_themselves_are_accepted() {
+    for (key, value) in [
+        ("friction", 0.0),
+        ("gravity_m_per_s2", 0.0),
+        ("time_step_s", 0.01),
+        ("contact_exponent", 3.0),
+        ("foot_sphere_count", 1.0),
+        ("foot_arc_radius_m", 0.8),
+    ] {
+        with(key, value)
+            .validate()
+            .unwrap_or_else(|e| panic!("{e}"));
+    }
+}
+
+#[test]
+fn parameters_go_through_toml_without_losing_a_bit() {
+    let p = BodyParameters {
+        friction: 0.1 + 0.2,
+        hip_mass_kg: f64::from_bits(0x4034_0000_0000_0001),
+        ..BodyParameters::default()
+    };
+    let text = toml::to_string(&p).unwrap();
+    assert_eq!(toml::from_str::<BodyParameters>(&text).unwrap(), p);
+    let error = toml::from_str::<BodyParameters>("frikction = 1.0").unwrap_err();
+    assert!(error.message().contains("frikction"), "{error}");
+}

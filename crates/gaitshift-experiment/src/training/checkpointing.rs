@@ -1,0 +1,221 @@
+//! Checkpoints: what they hold, and how a run goes on from one.
+
+use super::Training;
+use super::counting::{Counters, lap};
+use crate::config::Experiment;
+use crate::durable;
+use crate::edits::{Edit, edits, is_decided};
+use crate::run_folder::{LogLengths, RunFolder, STATE, TrainingError};
+use crate::schedule::Course;
+use gaitshift_sac::{Agent, ReplayBuffer, SacConfig, Temperature};
+use gaitshift_task::BatchState;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use std::time::Instant;
+
+/// Version of [`CheckpointState`].
+const FORMAT: &str = "gaitshift-run 1";
+
+/// The part of a state that is read before the rest.
+#[derive(Deserialize)]
+struct Version {
+    #[serde(default)]
+    format: String,
+}
+
+/// Everything but learner, replay buffer and configuration, which have files of their own.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CheckpointState {
+    format: String,
+    /// The command that began the run, the provenance of its controllers.
+    command: String,
+    /// Edits of the configuration since then, for the provenance too.
+    edits: Vec<String>,
+    logs: LogLengths,
+    counters: Counters,
+    batch: BatchState,
+}
+
+impl Training {
+    /// Goes on with a run from the last checkpoint in its folder. What was edited in its `config.toml` since is applied
+    /// from there on, and told by [`Training::run`].
+    ///
+    /// # Errors
+    /// No run or no checkpoint there, one that is damaged or of another version, or an edit of what the checkpoint
+    /// decides: the learner, the seed, the body, the control period, the number of environments and the size of the
+    /// replay buffer.
+    pub fn resume(folder: &Path) -> Result<Self, TrainingError> {
+        let folder = RunFolder::at(folder);
+        let experiment = folder.read_config()?;
+        folder.recover_checkpoint()?;
+        let before = Experiment::read(&folder.checkpoint("config.toml"))?;
+        let path = folder.checkpoint(STATE);
+        let state = read_state(&path)?;
+        if !state.counters.are_possible(&before) {
+            return Err(TrainingError::other(
+                &path,
+                "the checkpoint is damaged: its counters contradict each other".to_owned(),
+            ));
+        }
+        let edits = edits(&before, &experiment)?;
+        let learner_differs = learner_settings(&before) != learner_settings(&experiment);
+        let rehearsing = state.counters.rehearsal_begun;
+        let refused = |edit: &&Edit| is_decided(&edit.key, learner_differs, rehearsing);
+        if let Some(edit) = edits.iter().find(refused) {
+            return Err(TrainingError::other(
+                &folder.file("config.toml"),
+                format!(
+                    "changes {edit} since the checkpoint at step {}, which decides it; set it back to go on, or begin a \
+                     new run with the edited file",
+                    state.counters.step
+                ),
+            ));
+        }
+        let mut training = Self::prepare(experiment, folder, &state.command)?;
+        training.restore_learner(&before)?;
+        if !training.batch.restore(state.batch) {
+            return Err(TrainingError::other(
+                &path,
+                "its environments are not those of config.toml".to_owned(),
+            ));
+        }
+        training.counters = state.counters;
+        training.edits = state.edits;
+        training.tell_edits(&edits);
+        training.folder.cut_logs(&state.logs)?;
+        Ok(training)
+    }
+
+    /// Takes agent and replay buffer from the checkpoint, written under the configuration `before`.
+    fn restore_learner(&mut self, before: &Experiment) -> Result<(), TrainingError> {
+        let folder = &self.folder;
+        let agent = Agent::load(&folder.checkpoint("agent.safetensors"))?;
+        let replay = ReplayBuffer::load(&folder.checkpoint("replay.safetensors"))?;
+        let sizes = |r: &ReplayBuffer| {
+            (
+                r.capacity(),
+                r.environments(),
+                r.observation_size(),
+                r.action_size(),
+            )
+        };
+        if !same_network(&agent, &self.agent) || sizes(&replay) != sizes(&self.replay) {
+            return Err(TrainingError::other(
+                folder.path(),
+                "its checkpoint is of another configuration than its config.toml".to_owned(),
+            ));
+        }
+        (self.agent, self.replay) = (agent, replay);
+        let (agent, e) = (&mut self.agent, &self.experiment);
+        agent.set_threads(e.learner.threads)?;
+        // What a schedule moved goes back to where it was, should the schedule be no more.
+        let (was, is) = (&before.training.schedule, &e.training.schedule);
+        let gone = |was: &Course, is: &Course| !was.0.is_empty() && is.0.is_empty();
+        if gone(&was.learning_rate, &is.learning_rate) {
+            agent.set_learning_rate(e.learner.learning_rate)?;
+        }
+        if gone(&was.horizon, &is.horizon) {
+            agent.set_gamma(e.learner.gamma)?;
+        }
+        if let (true, Temperature::Fixed { alpha }) =
+            (gone(&was.alpha, &is.alpha), e.learner.temperature)
+        {
+            agent.set_alpha(alpha)?;
+        }
+        Ok(())
+    }
+
+    /// Notes what was edited, for the user and for the controllers to come.
+    fn tell_edits(&mut self, edits: &[Edit]) {
+        let (c, t) = (&mut self.counters, &self.experiment.training);
+        if !edits.is_empty() {
+            let list: Vec<String> = edits.iter().map(Edit::to_string).collect();
+            let (step, list) = (c.step, list.join(", "));
+            self.notes.push(format!(
+                "edited in config.toml, in force from step {step} on: {list}"
+            ));
+            self.edits.push(format!("at step {step}: {list}"));
+        }
+        // A shorter interval begins to count at once.
+        for (next, interval) in [
+            (&mut c.next_evaluation, t.evaluation_interval_steps),
+            (&mut c.next_checkpoint, t.checkpoint_interval_steps),
+            (&mut c.next_metrics, t.metrics_interval_steps),
+        ] {
+            *next = (*next).min(c.step.saturating_add(interval));
+        }
+    }
+
+    /// Writes a checkpoint, the logs having these lengths.
+    pub(super) fn checkpoint(&mut self, logs: LogLengths) -> Result<(), TrainingError> {
+        let mut from = Instant::now();
+        let folder = &self.folder;
+        folder.begin_checkpoint()?;
+        self.agent.save(&folder.pending("agent.safetensors"))?;
+        self.replay.save(&folder.pending("replay.safetensors"))?;
+        let config = folder.pending("config.toml");
+        durable::write(&config, self.configuration()?.as_bytes())
+            .map_err(|e| TrainingError::other(&config, e.to_string()))?;
+        folder.sync_checkpoint()?;
+        let state = CheckpointState {
+            format: FORMAT.to_owned(),
+            command: self.command.clone(),
+            edits: self.edits.clone(),
+            logs,
+            counters: self.counters.clone(),
+            batch: self.batch.state(),
+        };
+        folder.write_json(&folder.pending(STATE), &state)?;
+        folder.commit_checkpoint()?;
+        self.controller()
+            .write(&folder.file("controller-last.safetensors"))?;
+        lap(&mut from, &mut self.counters.parts.checkpointing_s);
+        Ok(())
+    }
+
+    /// The configuration as a text, every value written out.
+    pub(super) fn configuration(&self) -> Result<String, TrainingError> {
+        let text = self.experiment.to_toml();
+        text.map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))
+    }
+}
+
+/// Reads the state of a checkpoint.
+fn read_state(path: &Path) -> Result<CheckpointState, TrainingError> {
+    let error = |cause: String| TrainingError::other(path, cause);
+    let text = std::fs::read_to_string(path).map_err(|e| error(e.to_string()))?;
+    let damaged = |e: serde_json::Error| error(format!("the checkpoint is damaged: {e}"));
+    let version: Version = serde_json::from_str(&text).map_err(damaged)?;
+    if version.format != FORMAT {
+        return Err(error(format!(
+            "its format is `{}`, this program reads `{FORMAT}`; go on with the version of the program that wrote it",
+            version.format
+        )));
+    }
+    serde_json::from_str(&text).map_err(damaged)
+}
+
+/// Whether two agents have the same networks; schedules move the rest of their settings.
+fn same_network(a: &Agent, b: &Agent) -> bool {
+    let shape = |agent: &Agent| {
+        let c = agent.config();
+        let hidden = (c.actor_hidden.clone(), c.critic_hidden.clone());
+        (
+            hidden,
+            c.actor_layer_norm,
+            c.critic_layer_norm,
+            c.n_step,
+            c.batch_size,
+        )
+    };
+    shape(a) == shape(b)
+}
+
+/// What follows for the learner, apart from its threads, which change nothing.
+fn learner_settings(experiment: &Experiment) -> SacConfig {
+    SacConfig {
+        threads: 1,
+        ..super::learner_config(experiment)
+    }
+}

@@ -1,0 +1,178 @@
+//! One control period of every environment, into the replay buffer.
+
+use super::Training;
+use super::counting::lap;
+use crate::config::Symmetry;
+use crate::run_folder::{TextLog, TrainingError};
+use gaitshift_sac::{Transitions, reflect};
+use gaitshift_task::{
+    ACTION_SIZE, EndReason, FinishedEpisode, OBSERVATION_SIZE, PhaseSettings, StepOutcome,
+    scale_observation,
+};
+use std::time::Instant;
+
+/// One control period of all environments, one environment after the other.
+#[derive(Debug, Default)]
+pub struct Buffers {
+    observations: Vec<f32>,
+    next_observations: Vec<f32>,
+    mirrored: Vec<f32>,
+    actions: Vec<f32>,
+    means: Vec<f32>,
+    mirrored_means: Vec<f32>,
+    log_probs: Vec<f32>,
+    rewards: Vec<f32>,
+    entropy_scales: Vec<f32>,
+    horizon_scales: Vec<f32>,
+    symmetry: Vec<f64>,
+    /// ω_v under which the step is taken.
+    commands: Vec<f64>,
+    outcomes: Vec<Option<(StepOutcome, Option<FinishedEpisode>)>>,
+    terminated: Vec<bool>,
+    truncated: Vec<bool>,
+    valid: Vec<bool>,
+}
+
+impl Buffers {
+    pub fn new(count: usize) -> Self {
+        let observations = vec![0.0; count * OBSERVATION_SIZE];
+        let actions = vec![0.0; count * ACTION_SIZE];
+        Self {
+            next_observations: observations.clone(),
+            mirrored: observations.clone(),
+            observations,
+            means: actions.clone(),
+            mirrored_means: actions.clone(),
+            actions,
+            log_probs: vec![0.0; count],
+            rewards: vec![0.0; count],
+            entropy_scales: vec![0.0; count],
+            horizon_scales: vec![1.0; count],
+            symmetry: vec![0.0; count],
+            commands: vec![0.0; count],
+            outcomes: vec![None; count],
+            terminated: vec![false; count],
+            truncated: vec![false; count],
+            valid: vec![true; count],
+        }
+    }
+}
+
+impl Training {
+    /// One control period of every environment, stored in the replay buffer.
+    pub(super) fn collect(
+        &mut self,
+        settings: &PhaseSettings,
+        episodes: &mut TextLog,
+    ) -> Result<(), TrainingError> {
+        let mut from = Instant::now();
+        let b = &mut self.buffers;
+        let count = self.batch.len();
+        let row = |i: usize, size: usize| i * size..(i + 1) * size;
+        for (i, environment) in self.batch.environments().enumerate() {
+            let out = &mut b.observations[row(i, OBSERVATION_SIZE)];
+            b.commands[i] = environment.omega_v;
+            scale_observation(&self.batch.observation(i, environment.omega_v), out);
+        }
+        self.agent
+            .act(&b.observations, &mut b.actions, &mut b.log_probs)?;
+        let reward = &settings.reward;
+        let asks_symmetry =
+            self.experiment.training.symmetry == Symmetry::Reward && reward.omega_s > 0.0;
+        if asks_symmetry {
+            for i in 0..count {
+                let row = row(i, OBSERVATION_SIZE);
+                let to = &mut b.mirrored[row.clone()];
+                reflect(&self.mirror.observation, &b.observations[row], to);
+            }
+            self.agent
+                .act_deterministic(&b.observations, &mut b.means)?;
+            self.agent
+                .act_deterministic(&b.mirrored, &mut b.mirrored_means)?;
+            for i in 0..count {
+                let row = row(i, ACTION_SIZE);
+                let mut back = [0.0; ACTION_SIZE];
+                reflect(
+                    &self.mirror.action,
+                    &b.mirrored_means[row.clone()],
+                    &mut back,
+                );
+                b.symmetry[i] = reward.symmetry_term(&b.means[row], &back);
+            }
+        } else {
+            b.symmetry.fill(0.0);
+        }
+        lap(&mut from, &mut self.counters.parts.acting_s);
+        let (body, task, members) = self.batch.split();
+        let (actions, symmetry) = (&b.actions, &b.symmetry);
+        // The learner's threads have nothing else to do meanwhile, and no environment knows of another.
+        self.agent
+            .workers()
+            .for_each_pair(members, &mut b.outcomes, |i, member, outcome| {
+                let action = &actions[row(i, ACTION_SIZE)];
+                let command = [f64::from(action[0]), f64::from(action[1])];
+                *outcome = Some(member.step(body, task, command, symmetry[i], settings));
+            });
+        for i in 0..count {
+            let Some((outcome, finished)) = b.outcomes[i].take() else {
+                continue;
+            };
+            let held = b.commands[i];
+            let diverged = outcome.ended == Some(EndReason::Diverged);
+            b.valid[i] = !diverged;
+            b.rewards[i] = (outcome.terms.sum() * outcome.factor) as f32;
+            b.entropy_scales[i] = outcome.entropy_factor as f32;
+            b.horizon_scales[i] = outcome.horizon_factor as f32;
+            b.terminated[i] = outcome.ended.is_some_and(EndReason::is_termination);
+            // A command that changes within the episode cuts the transition off, and its value goes on
+            // under the old command: what is learned for a command is what it is worth when held, as in
+            // the paper, however often commands change.
+            let environment = self.batch.environment(i);
+            b.truncated[i] =
+                environment.omega_v != held || outcome.ended == Some(EndReason::TimeLimit);
+            scale_observation(
+                &self.batch.observation(i, held),
+                &mut b.next_observations[row(i, OBSERVATION_SIZE)],
+            );
+            let recent = &mut self.counters.recent;
+            for (sum, term) in recent.terms.iter_mut().zip(outcome.terms.values()) {
+                *sum += term;
+            }
+            if let Some(finished) = finished {
+                self.counters.diverged += u64::from(diverged);
+                recent.add(finished.total_reward, finished.ended.is_termination());
+                log_episode(episodes, self.counters.step, &finished)?;
+                self.batch.reset(i, settings);
+            }
+        }
+        lap(&mut from, &mut self.counters.parts.simulating_s);
+        self.replay.push(Transitions {
+            observations: &b.observations,
+            actions: &b.actions,
+            log_probs: &b.log_probs,
+            rewards: &b.rewards,
+            entropy_scales: &b.entropy_scales,
+            horizon_scales: &b.horizon_scales,
+            next_observations: &b.next_observations,
+            terminated: &b.terminated,
+            truncated: &b.truncated,
+            valid: &b.valid,
+        })?;
+        lap(&mut from, &mut self.counters.parts.storing_s);
+        self.counters.step += count as u64;
+        self.counters.recent.steps += count as u64;
+        Ok(())
+    }
+}
+
+/// One row of `episodes.csv`.
+fn log_episode(log: &mut TextLog, step: u64, e: &FinishedEpisode) -> Result<(), TrainingError> {
+    log.line(&format!(
+        "{step},{},{},{},{},{}",
+        e.omega_v,
+        e.total_reward,
+        e.periods,
+        e.ended.name(),
+        e.distance_m
+    ))
+}

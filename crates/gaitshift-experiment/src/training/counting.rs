@@ -1,0 +1,212 @@
+//! What a run counts, how it is told, and where its time goes.
+
+use super::Training;
+use crate::config::Experiment;
+use gaitshift_task::{PhaseSettings, RewardTerms};
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+use std::time::Instant;
+
+/// More steps than any curriculum has.
+const MOST_STEPS: u64 = 1 << 62;
+/// Episodes that means over the last episodes are taken of.
+const LATEST_EPISODES: usize = 100;
+
+/// What a person wants to know while training runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Progress {
+    /// Environment steps so far.
+    pub step: u64,
+    /// Environment steps in all.
+    pub total_steps: u64,
+    /// Updates of the learner so far.
+    pub updates: u64,
+    /// Wall-clock so far, resumed runs counted together, in s.
+    pub elapsed_s: f64,
+    /// Name of the phase of the curriculum.
+    pub phase: String,
+    /// Mean reward (2) per episode over the last episodes.
+    pub mean_return: f64,
+    /// Share of the last episodes that ended in a fall.
+    pub fall_share: f64,
+    /// Short verdict of the last evaluation, e.g. `walks at 0, runs at 3, 31/39 criteria`.
+    pub verdict: String,
+}
+
+/// Wall-clock of the parts of a run, in s. What is missing to the whole is the bookkeeping between them.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Parts {
+    /// Actions of the policy, and those that f_sym (7) compares.
+    pub acting_s: f64,
+    /// Steps of the environments, reward and logs of episodes included.
+    pub simulating_s: f64,
+    /// Into the replay buffer.
+    pub storing_s: f64,
+    /// Updates of the networks, drawing their batches included.
+    pub learning_s: f64,
+    /// Evaluations, and the files they write.
+    pub evaluating_s: f64,
+    /// Checkpoints.
+    pub checkpointing_s: f64,
+}
+
+impl Parts {
+    /// Name and seconds of each part.
+    pub fn named(&self) -> [(&'static str, f64); 6] {
+        [
+            ("acting", self.acting_s),
+            ("simulating", self.simulating_s),
+            ("storing", self.storing_s),
+            ("learning", self.learning_s),
+            ("evaluating", self.evaluating_s),
+            ("checkpointing", self.checkpointing_s),
+        ]
+    }
+}
+
+/// Adds the time since `*from` to `part` and begins anew.
+pub fn lap(from: &mut Instant, part: &mut f64) {
+    let now = Instant::now();
+    *part += (now - *from).as_secs_f64();
+    *from = now;
+}
+
+/// Counters that a checkpoint keeps besides agent, replay and environments.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Counters {
+    pub step: u64,
+    pub updates: u64,
+    pub update_credit: u64,
+    pub elapsed_s: f64,
+    pub next_evaluation: u64,
+    pub next_checkpoint: u64,
+    pub next_metrics: u64,
+    pub best_score: f64,
+    pub best_step: u64,
+    pub best_met: usize,
+    /// Of the best walk so far, which is kept where the walk is going to be rehearsed.
+    pub walking_score: f64,
+    /// Steps of the latest evaluations, whose controllers' mean the next one tries.
+    pub latest_evaluations: Vec<u64>,
+    /// Whether the time to remember the walk has come.
+    pub rehearsal_begun: bool,
+    pub criteria: usize,
+    pub accepted_at_step: Option<u64>,
+    pub accepted_after_s: Option<f64>,
+    pub diverged: u64,
+    pub verdict: String,
+    pub recent: Recent,
+    pub parts: Parts,
+}
+
+impl Counters {
+    /// Whether a run of this configuration can have counted so.
+    pub fn are_possible(&self, experiment: &Experiment) -> bool {
+        let t = &experiment.training;
+        let environments = t.environments as u64;
+        self.step <= MOST_STEPS
+            && self.updates <= self.step
+            && self.update_credit < t.steps_per_update + environments
+            && self.recent.steps <= self.step
+            && self.recent.updates <= self.updates
+            && self.recent.episodes.len() <= LATEST_EPISODES
+            && self.diverged <= self.step
+    }
+
+    /// Whether `next` has come; if so it moves on by whole intervals until it lies ahead.
+    pub fn due(step: u64, next: &mut u64, interval: u64) -> bool {
+        let due = step >= *next;
+        if due {
+            *next += interval * (1 + (step - *next) / interval);
+        }
+        due
+    }
+}
+
+/// Sums since the last row of metrics, and the latest episodes.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Recent {
+    pub steps: u64,
+    pub terms: [f64; RewardTerms::NAMES.len()],
+    pub updates: u64,
+    pub critic_loss: f64,
+    pub actor_loss: f64,
+    pub mean_q: f64,
+    pub entropy: f64,
+    pub rehearsal_loss: f64,
+    /// Return and whether it fell, of up to 100 episodes.
+    pub episodes: VecDeque<(f64, bool)>,
+}
+
+impl Recent {
+    /// Adds an episode, and forgets the oldest of more than 100.
+    pub fn add(&mut self, total_reward: f64, fell: bool) {
+        self.episodes.push_back((total_reward, fell));
+        if self.episodes.len() > LATEST_EPISODES {
+            self.episodes.pop_front();
+        }
+    }
+}
+
+impl Training {
+    /// Means since the last row, which begins anew.
+    pub(super) fn metrics_row(&mut self, settings: &PhaseSettings) -> Vec<(String, f64)> {
+        let progress = self.progress();
+        let c = &mut self.counters;
+        let recent = &mut c.recent;
+        let steps = recent.steps.max(1) as f64;
+        let updates = recent.updates.max(1) as f64;
+        let mut row = vec![
+            ("train/step".to_owned(), c.step as f64),
+            ("train/updates".to_owned(), c.updates as f64),
+            ("train/elapsed_s".to_owned(), c.elapsed_s),
+            ("train/phase".to_owned(), settings.index as f64),
+            ("train/omega_v_low".to_owned(), settings.omega_v[0]),
+            ("train/omega_v_high".to_owned(), settings.omega_v[1]),
+            ("episode/mean_return".to_owned(), progress.mean_return),
+            ("episode/fall_share".to_owned(), progress.fall_share),
+            ("episode/diverged".to_owned(), c.diverged as f64),
+            (
+                "learner/critic_loss".to_owned(),
+                recent.critic_loss / updates,
+            ),
+            ("learner/actor_loss".to_owned(), recent.actor_loss / updates),
+            ("learner/mean_q".to_owned(), recent.mean_q / updates),
+            ("learner/entropy".to_owned(), recent.entropy / updates),
+            (
+                "learner/rehearsal_loss".to_owned(),
+                recent.rehearsal_loss / updates,
+            ),
+            ("learner/alpha".to_owned(), self.agent.alpha()),
+        ];
+        for (name, sum) in RewardTerms::NAMES.iter().zip(recent.terms) {
+            row.push((format!("reward/{name}"), sum / steps));
+        }
+        *recent = Recent {
+            episodes: std::mem::take(&mut recent.episodes),
+            ..Recent::default()
+        };
+        row
+    }
+
+    /// Called every few thousand steps.
+    /// How it goes.
+    pub(super) fn progress(&self) -> Progress {
+        let c = &self.counters;
+        let e = &self.experiment;
+        let episodes = &c.recent.episodes;
+        let count = episodes.len().max(1) as f64;
+        let index = e.curriculum.at(c.step, &e.task.reward).index;
+        Progress {
+            step: c.step,
+            total_steps: e.curriculum.total_steps(),
+            updates: c.updates,
+            elapsed_s: c.elapsed_s,
+            phase: e.curriculum.phases[index].name.clone(),
+            mean_return: episodes.iter().map(|e| e.0).sum::<f64>() / count,
+            fall_share: episodes.iter().filter(|e| e.1).count() as f64 / count,
+            verdict: c.verdict.clone(),
+        }
+    }
+}

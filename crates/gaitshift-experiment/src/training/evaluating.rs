@@ -1,0 +1,142 @@
+//! Evaluations: the controller so far is judged without noise, and the best is kept.
+
+use super::counting::lap;
+use super::{Observer, Training, WALK_FILE};
+use crate::acceptance::{Judgement, judge};
+use crate::controller::{Controller, Deterministic};
+use crate::provenance::Provenance;
+use crate::rehearsal::best_walk;
+use crate::run_folder::{Logs, TrainingError};
+use gaitshift_sac::Policy;
+use std::time::Instant;
+
+impl Training {
+    /// The policy that is judged and shipped: the averaged one where there is one.
+    fn policy(&self) -> Policy {
+        self.agent
+            .averaged_policy()
+            .unwrap_or_else(|| self.agent.policy())
+    }
+
+    /// The controller so far, with where it comes from.
+    pub(super) fn controller(&self) -> Controller {
+        Controller {
+            policy: self.policy(),
+            body: self.experiment.body.clone(),
+            task: self.experiment.task.clone(),
+            provenance: Provenance {
+                experiment: self.experiment.name.clone(),
+                command: self.command.clone(),
+                seed: self.experiment.seed,
+                environment_steps: self.counters.step,
+                updates: self.counters.updates,
+                averaged_evaluations: 1,
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                edits: self.edits.clone(),
+            },
+        }
+    }
+
+    /// Judges the controller, and the mean of the latest ones, and keeps what is best.
+    pub(super) fn evaluate(
+        &mut self,
+        observer: &mut dyn Observer,
+        logs: &mut Logs,
+    ) -> Result<(), TrainingError> {
+        let mut from = Instant::now();
+        let mut controller = self.controller();
+        let mut judgement = self.judge(&mut controller.policy)?;
+        controller.write(&self.folder.evaluated(self.counters.step)?)?;
+        self.keep_best_walk(&mut controller)?;
+        let latest = &mut self.counters.latest_evaluations;
+        latest.push(self.counters.step);
+        let surplus = latest
+            .len()
+            .saturating_sub(self.experiment.training.average_evaluations);
+        latest.drain(..surplus);
+        if let Some((_, earlier)) = latest.split_last().filter(|(_, e)| !e.is_empty()) {
+            let mut policies = Vec::new();
+            for &step in earlier {
+                policies.push(Controller::read(&self.folder.evaluated(step)?)?.policy);
+            }
+            policies.push(controller.policy.clone());
+            if let Some(mut mean) = Policy::mean(&policies.iter().collect::<Vec<_>>()) {
+                let of_mean = self.judge(&mut mean)?;
+                if of_mean.score() > judgement.score() {
+                    judgement = of_mean;
+                    controller.policy = mean;
+                    controller.provenance.averaged_evaluations = policies.len();
+                }
+            }
+        }
+        let best = judgement.score() > self.counters.best_score;
+        let c = &mut self.counters;
+        c.verdict = verdict(&judgement);
+        c.criteria = judgement.checks.len();
+        if best {
+            c.best_score = judgement.score();
+            c.best_step = c.step;
+            c.best_met = judgement.met();
+            controller.write(&self.folder.file("controller.safetensors"))?;
+        }
+        if judgement.accepted() && c.accepted_at_step.is_none() {
+            c.accepted_at_step = Some(c.step);
+            c.accepted_after_s = Some(c.elapsed_s);
+            controller.write(&self.folder.file("controller-accepted.safetensors"))?;
+        }
+        let averaged = controller.provenance.averaged_evaluations;
+        logs.evaluation(c.step, c.elapsed_s, averaged, &judgement)?;
+        observer.evaluated(&self.progress(), &judgement, best);
+        lap(&mut from, &mut self.counters.parts.evaluating_s);
+        Ok(())
+    }
+
+    fn judge(&self, policy: &mut Policy) -> Result<Judgement, TrainingError> {
+        judge(
+            self.batch.body(),
+            &self.experiment.task,
+            &self.criteria,
+            &mut Deterministic(policy),
+        )
+        .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))
+    }
+
+    /// Keeps the controller if it is going to be rehearsed and walks best of all so far.
+    fn keep_best_walk(&mut self, controller: &mut Controller) -> Result<(), TrainingError> {
+        let c = &mut self.counters;
+        if c.step > self.experiment.training.rehearsal.after_steps {
+            return Ok(());
+        }
+        let task = &self.experiment.task;
+        let (score, _) = best_walk(&mut controller.policy, self.batch.body(), task)
+            .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
+        // Of two that are as good, the later one has been practised for longer.
+        if score >= c.walking_score {
+            c.walking_score = score;
+            controller.write(&self.folder.file(WALK_FILE))?;
+        }
+        Ok(())
+    }
+}
+
+/// One line about an evaluation.
+fn verdict(j: &Judgement) -> String {
+    let rows: Vec<String> = j
+        .rows
+        .iter()
+        .map(|r| {
+            let s = &r.summary;
+            if s.fell {
+                format!("{}:fell {:.1}s", r.omega_v, s.survived_s)
+            } else {
+                format!("{}:{} Fr {:.2}", r.omega_v, s.gait, s.froude.unwrap_or(0.0))
+            }
+        })
+        .collect();
+    format!(
+        "{}/{} criteria [{}]",
+        j.met(),
+        j.checks.len(),
+        rows.join(", ")
+    )
+}

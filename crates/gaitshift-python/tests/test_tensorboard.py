@@ -1,0 +1,63 @@
+"""Contract: TensorBoard's own reader finds in a run's event file what metrics.csv and evaluations.jsonl say, every record
+once, after the run was stopped and resumed too."""
+
+import csv
+import json
+
+import numpy as np
+from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
+
+TINY = """
+base = "fast"
+[[curriculum.phases]]
+name = "only"
+steps = 6000
+omega_v = [-0.2, 0.2]
+[learner]
+actor_hidden = [8]
+critic_hidden = [8]
+batch_size = 32
+threads = 1
+[training]
+environments = 4
+steps_per_update = 8
+learning_starts = 1000
+metrics_interval_steps = 500
+evaluation_interval_steps = 3000
+checkpoint_interval_steps = 1500
+replay_capacity = 6000
+"""
+
+
+def test_tensorboard_reads_what_the_run_wrote(program, tmp_path):
+    (tmp_path / "tiny.toml").write_text(TINY)
+    program("train", "tiny.toml", "--out", "run", "--steps", 2000, cwd=tmp_path)
+    program("train", "--resume", "run", cwd=tmp_path)
+    run = tmp_path / "run"
+    first, *events = EventFileLoader(str(run / "events.out.tfevents.gaitshift")).Load()
+    assert first.file_version == "brain.Event:2"
+    scalars = {}
+    for event in events:
+        for value in event.summary.value:
+            key = (event.step, value.tag)
+            assert key not in scalars, key
+            (scalars[key],) = value.tensor.float_val
+    with open(run / "metrics.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["train/step"]) for row in rows] == list(range(500, 6001, 500))
+    expected = {}
+    for row in rows:
+        step = int(row.pop("train/step"))
+        expected |= {(step, tag): float(value) for tag, value in row.items()}
+    for line in (run / "evaluations.jsonl").read_text().splitlines():
+        evaluation = json.loads(line)
+        step = evaluation["step"]
+        expected[step, "evaluation/criteria_met"] = evaluation["met"]
+        expected[step, "evaluation/score"] = evaluation["score"]
+        for row in evaluation["rows"]:
+            expected[step, f"evaluation/survived_s/{row['omega_v']:g}"] = row["survived_s"]
+            if row["froude"] is not None:
+                expected[step, f"evaluation/froude/{row['omega_v']:g}"] = row["froude"]
+    assert scalars.keys() == expected.keys()
+    for key, value in expected.items():
+        assert scalars[key] == np.float32(value), key

@@ -1,0 +1,345 @@
+//! Environments stepped together for other learners than ours: with a seed for each, automatic resets as Gymnasium defines
+//! them, and everything there is to tell of a step.
+
+use crate::observation::OBSERVATION_SIZE;
+use crate::randomization::uniform;
+use crate::{EndReason, Environment, RewardTerms, TaskParameters};
+use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT};
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+/// Terms of the reward without the symmetry term (7), which only a learner knows.
+const TERMS: usize = RewardTerms::NAMES.len() - 1;
+
+/// Numbers in the information on a step.
+pub const INFO_SIZE: usize = 4 + TERMS + 16;
+
+/// Names of the information on a step: those of a recording's columns, and `diverged` at the end.
+pub fn info_names() -> Vec<String> {
+    let terms = RewardTerms::NAMES
+        .iter()
+        .filter(|name| **name != "symmetry");
+    let rest = [
+        "kinetic_energy_j",
+        "gravitational_energy_j",
+        "hip_spring_energy_j",
+        "leg_spring_energy_j",
+        "contact_energy_j",
+        "stop_energy_j",
+        "actuator_work_j",
+        "actuator_positive_work_j",
+        "damper_dissipation_j",
+        "contact_dissipation_j",
+        "stop_dissipation_j",
+        "right_normal_force_n",
+        "right_tangential_force_n",
+        "left_normal_force_n",
+        "left_tangential_force_n",
+        "diverged",
+    ];
+    ["time_s", "omega_v", "x_m", "z_m"]
+        .map(str::to_owned)
+        .into_iter()
+        .chain(terms.map(|name| format!("reward_{name}")))
+        .chain(rest.map(str::to_owned))
+        .collect()
+}
+
+/// How an environment goes on after an episode, as Gymnasium's `AutoresetMode`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AutoReset {
+    /// The next step begins another episode, whatever the action.
+    NextStep,
+    /// The step that ends an episode begins another one too.
+    SameStep,
+    /// Not by itself: the caller resets.
+    Disabled,
+}
+
+/// How an episode begins.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Opening {
+    /// Its command; drawn from the range if there is none.
+    pub omega_v: Option<f64>,
+    /// Whether it begins at the default start instead of a random one.
+    pub default_start: bool,
+}
+
+/// What one step of one environment gives.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct VectorStep {
+    /// The observation, in SI units.
+    pub observation: [f64; OBSERVATION_SIZE],
+    /// The reward (2) with its common factor.
+    pub reward: f64,
+    /// The body fell, or its simulation diverged.
+    pub terminated: bool,
+    /// The time limit was reached.
+    pub truncated: bool,
+    /// The information, in the order of [`info_names`].
+    pub info: [f64; INFO_SIZE],
+    /// The terms of the reward.
+    pub terms: RewardTerms,
+    /// Mean forces over the period; at an episode's begin those of its instant.
+    pub report: AdvanceReport,
+    /// Observation and information of the episode that ended within this step, where another has begun.
+    pub last: Option<([f64; OBSERVATION_SIZE], [f64; INFO_SIZE])>,
+}
+
+/// One environment with its own random numbers.
+#[derive(Debug, Clone)]
+struct Member {
+    environment: Environment,
+    rng: Xoshiro256PlusPlus,
+    /// The episode is over.
+    over: bool,
+}
+
+/// What all environments share.
+#[derive(Debug, Clone)]
+struct Setting {
+    body: Body,
+    task: TaskParameters,
+    omega_v: [f64; 2],
+}
+
+/// Environments stepped together. What comes out does not depend on how many there are beside, nor on the threads.
+#[derive(Debug, Clone)]
+pub struct VectorEnvironment {
+    setting: Setting,
+    members: Vec<Member>,
+}
+
+impl VectorEnvironment {
+    /// `count` environments whose commands are drawn from a range. Their first episodes begin with
+    /// [`VectorEnvironment::reset`]; until then the bodies stand.
+    pub fn new(body: Body, task: TaskParameters, omega_v: [f64; 2], count: usize) -> Self {
+        let member = Member {
+            environment: Environment::new(&body, BodyState::standing(&body), 0.0),
+            rng: Xoshiro256PlusPlus::seed_from_u64(0),
+            over: false,
+        };
+        Self {
+            members: vec![member; count],
+            setting: Setting {
+                body,
+                task,
+                omega_v,
+            },
+        }
+    }
+
+    /// Number of environments.
+    pub fn len(&self) -> usize {
+        self.members.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.members.is_empty()
+    }
+
+    /// The body.
+    pub fn body(&self) -> &Body {
+        &self.setting.body
+    }
+
+    /// The task.
+    pub fn task(&self) -> &TaskParameters {
+        &self.setting.task
+    }
+
+    /// Environment `index`.
+    pub fn environment(&self, index: usize) -> &Environment {
+        &self.members[index].environment
+    }
+
+    /// Starts the random numbers of environment `index` anew. The next random start is the one that
+    /// [`Environment::start`] draws with this seed.
+    pub fn seed(&mut self, index: usize, seed: u64) {
+        self.members[index].rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    }
+
+    /// Changes the command of environment `index` within its episode.
+    pub fn set_command(&mut self, index: usize, omega_v: f64) {
+        self.members[index].environment.omega_v = omega_v;
+    }
+
+    /// Begins an episode in environment `index`.
+    pub fn reset(&mut self, index: usize, opening: Opening) -> VectorStep {
+        self.setting.begin(&mut self.members[index], opening)
+    }
+
+    /// What there is to tell of environment `index` between two steps, without forces and reward.
+    pub fn look(&self, index: usize) -> VectorStep {
+        let environment = self.environment(index);
+        let (terms, report) = (RewardTerms::default(), AdvanceReport::default());
+        VectorStep {
+            observation: environment.observation(),
+            info: self.setting.info(environment, &terms, &report, false),
+            ..VectorStep::default()
+        }
+    }
+
+    /// Advances environment `index` by one control period, without an automatic reset. What lies beyond \[-1, 1\] in a
+    /// command is limited to it.
+    pub fn step(&mut self, index: usize, command: [f64; 2]) -> VectorStep {
+        self.setting.step(&mut self.members[index], command)
+    }
+
+    /// Advances all environments by one control period, or begins their next episodes. The work is shared out among
+    /// `threads`.
+    pub fn step_all(
+        &mut self,
+        commands: &[[f64; 2]],
+        auto_reset: AutoReset,
+        threads: usize,
+    ) -> Vec<VectorStep> {
+        let Self { setting, members } = self;
+        let count = members.len();
+        let mut steps = vec![VectorStep::default(); count];
+        let work = |members: &mut [Member], commands: &[[f64; 2]], steps: &mut [VectorStep]| {
+            for ((member, command), step) in members.iter_mut().zip(commands).zip(steps) {
+                *step = setting.step_and_reset(member, *command, auto_reset);
+            }
+        };
+        let share = count.div_ceil(threads.max(1)).max(1);
+        if share >= count {
+            work(members, commands, &mut steps);
+            return steps;
+        }
+        std::thread::scope(|scope| {
+            for ((members, commands), steps) in members
+                .chunks_mut(share)
+                .zip(commands.chunks(share))
+                .zip(steps.chunks_mut(share))
+            {
+                scope.spawn(move || work(members, commands, steps));
+            }
+        });
+        steps
+    }
+}
+
+impl Setting {
+    /// Begins an episode. The start is drawn before the command, so that a seed gives the start that
+    /// [`Environment::start`] gives.
+    fn begin(&self, member: &mut Member, opening: Opening) -> VectorStep {
+        let start = if opening.default_start {
+            Environment::default_start(&self.body, &self.task)
+        } else {
+            Environment::random_start(&self.body, &self.task, None, &mut member.rng)
+        };
+        let [low, high] = self.omega_v;
+        let omega_v = match opening.omega_v {
+            Some(omega_v) => omega_v,
+            None if low < high => uniform(self.omega_v, &mut member.rng),
+            None => low,
+        };
+        member.environment = Environment::new(&self.body, start, omega_v);
+        member.over = false;
+        let contact = [RIGHT, LEFT].map(|leg| self.body.foot_contact(&start, leg));
+        let report = AdvanceReport {
+            normal_n: contact.map(|c| c.normal_n),
+            tangential_n: contact.map(|c| c.tangential_n),
+            ..AdvanceReport::default()
+        };
+        let environment = &member.environment;
+        VectorStep {
+            observation: environment.observation(),
+            info: self.info(environment, &RewardTerms::default(), &report, false),
+            report,
+            ..VectorStep::default()
+        }
+    }
+
+    fn step(&self, member: &mut Member, command: [f64; 2]) -> VectorStep {
+        let environment = &mut member.environment;
+        let before = environment.clone();
+        let outcome = environment.step(&self.body, &self.task, &self.task.reward, command);
+        let diverged = outcome.ended == Some(EndReason::Diverged);
+        if diverged {
+            // Numbers that are none must not reach a learner: the last state that had any stays.
+            *environment = before;
+        }
+        let report = if diverged {
+            AdvanceReport::default()
+        } else {
+            outcome.report
+        };
+        member.over = outcome.ended.is_some();
+        VectorStep {
+            observation: environment.observation(),
+            reward: outcome.factor * outcome.terms.sum(),
+            terminated: outcome.ended.is_some_and(EndReason::is_termination),
+            truncated: outcome.ended == Some(EndReason::TimeLimit),
+            info: self.info(environment, &outcome.terms, &report, diverged),
+            terms: outcome.terms,
+            report,
+            last: None,
+        }
+    }
+
+    /// One step with Gymnasium's automatic resets.
+    fn step_and_reset(
+        &self,
+        member: &mut Member,
+        command: [f64; 2],
+        auto_reset: AutoReset,
+    ) -> VectorStep {
+        if member.over && auto_reset == AutoReset::NextStep {
+            return self.begin(member, Opening::default());
+        }
+        let step = self.step(member, command);
+        if !(member.over && auto_reset == AutoReset::SameStep) {
+            return step;
+        }
+        let first = self.begin(member, Opening::default());
+        VectorStep {
+            observation: first.observation,
+            info: first.info,
+            last: Some((step.observation, step.info)),
+            ..step
+        }
+    }
+
+    /// The information, in the order of [`info_names`].
+    fn info(
+        &self,
+        environment: &Environment,
+        terms: &RewardTerms,
+        report: &AdvanceReport,
+        diverged: bool,
+    ) -> [f64; INFO_SIZE] {
+        let s: &BodyState = &environment.state;
+        let (energy, account) = (self.body.energy(s), &environment.account);
+        let names = RewardTerms::NAMES.iter().zip(terms.values());
+        let place = [
+            f64::from(environment.periods) * self.task.control_period_s,
+            environment.omega_v,
+            s.x,
+            s.z,
+        ];
+        let rest = [
+            energy.kinetic,
+            energy.gravitational,
+            energy.hip_springs,
+            energy.leg_springs(),
+            energy.contact,
+            energy.stops,
+            account.work(),
+            account.positive_work(),
+            account.dampers(),
+            account.contact(),
+            account.stops,
+            report.normal_n[RIGHT],
+            report.tangential_n[RIGHT],
+            report.normal_n[LEFT],
+            report.tangential_n[LEFT],
+            f64::from(u8::from(diverged)),
+        ];
+        let own = names.filter(|(name, _)| **name != "symmetry");
+        let mut values = place.into_iter().chain(own.map(|term| term.1)).chain(rest);
+        std::array::from_fn(|_| values.next().unwrap_or_default())
+    }
+}
