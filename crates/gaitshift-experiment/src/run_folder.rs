@@ -55,6 +55,12 @@ pub(crate) const STATE: &str = "state.json";
 const LAST: &str = "checkpoint";
 const NEW: &str = "checkpoint.new";
 const OLD: &str = "checkpoint.old";
+/// Controllers that a later evaluation may replace: a checkpoint keeps those of its step.
+const BEST: [&str; 3] = [
+    "controller.safetensors",
+    "controller-accepted.safetensors",
+    "controller-walk.safetensors",
+];
 /// TensorBoard's events, the only log that is no text.
 const EVENTS: &str = "events.out.tfevents.gaitshift";
 /// What a run appends to.
@@ -145,6 +151,31 @@ impl RunFolder {
         let new = self.file(NEW);
         remove_folder(&new)?;
         fs::create_dir_all(&new).map_err(io_error(&new))
+    }
+
+    /// Copies the best controllers so far into the checkpoint being written.
+    pub fn keep_best(&self) -> Result<(), TrainingError> {
+        for name in BEST {
+            let file = self.file(name);
+            if file.exists() {
+                fs::copy(&file, self.pending(name)).map_err(io_error(&file))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Goes back to the best controllers of the checkpoint: what came after it may never come again.
+    pub fn restore_best(&self) -> Result<(), TrainingError> {
+        for name in BEST {
+            let (file, kept) = (self.file(name), self.checkpoint(name));
+            if kept.exists() {
+                let content = fs::read(&kept).map_err(io_error(&kept))?;
+                durable::write(&file, &content).map_err(io_error(&file))?;
+            } else if file.exists() {
+                fs::remove_file(&file).map_err(io_error(&file))?;
+            }
+        }
+        Ok(())
     }
 
     /// What was written so far is on the disk: the state may follow, which says that the checkpoint is whole.

@@ -209,6 +209,32 @@ fn what_was_logged_after_the_checkpoint_is_not_there_twice() {
     assert_eq!(file(&folder, "events.out.tfevents.gaitshift").len(), events);
 }
 
+#[test]
+fn the_best_controller_is_the_best_up_to_the_checkpoint() {
+    // What went wrong: after a kill the best controller was one of the evaluations after the checkpoint, which a run that
+    // goes on with an edited configuration may never see; its report and its logs knew nothing of it.
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("run");
+    let mut experiment = tiny();
+    experiment.training.checkpoint_interval_steps = 1_000_000;
+    Training::new(experiment, &folder, "test")
+        .unwrap()
+        .run(&mut Until::step(2001))
+        .unwrap();
+    let best = file(&folder, "controller.safetensors");
+    let back = root.path().join("back");
+    copy_folder(&folder.join("checkpoint"), &back);
+    go_on(&folder);
+    // Killed before the checkpoint at the end: a better controller, and one that was accepted, from after the checkpoint.
+    fs::write(folder.join("controller.safetensors"), "better").unwrap();
+    fs::write(folder.join("controller-accepted.safetensors"), "accepted").unwrap();
+    fs::remove_dir_all(folder.join("checkpoint")).unwrap();
+    fs::rename(&back, folder.join("checkpoint")).unwrap();
+    drop(Training::resume(&folder).unwrap());
+    assert!(file(&folder, "controller.safetensors") == best);
+    assert!(!folder.join("controller-accepted.safetensors").exists());
+}
+
 /// Resumes a stopped run after an edit of its configuration.
 fn edited(folder: &Path, from: &str, to: &str) -> Result<Training, String> {
     let config = text(folder, "config.toml");

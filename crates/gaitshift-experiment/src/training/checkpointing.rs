@@ -83,6 +83,7 @@ impl Training {
         training.counters = state.counters;
         training.edits = state.edits;
         training.tell_edits(&edits);
+        training.folder.restore_best()?;
         training.folder.cut_logs(&state.logs)?;
         Ok(training)
     }
@@ -157,6 +158,7 @@ impl Training {
         let config = folder.pending("config.toml");
         durable::write(&config, self.configuration()?.as_bytes())
             .map_err(|e| TrainingError::other(&config, e.to_string()))?;
+        folder.keep_best()?;
         folder.sync_checkpoint()?;
         let state = CheckpointState {
             format: FORMAT.to_owned(),
