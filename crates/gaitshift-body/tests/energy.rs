@@ -113,6 +113,7 @@ fn the_account_adds_up() {
         stops: 0.4,
         contact_normal: 0.5,
         friction: 0.6,
+        ..EnergyAccount::default()
     };
     assert_near(account.work(), 0.75);
     assert_near(account.positive_work(), 2.5);

@@ -352,6 +352,22 @@ fn a_state_of_another_version_is_refused() {
     }
 }
 
+#[test]
+fn a_state_with_a_body_that_the_task_cannot_run_on_is_refused() {
+    // What went wrong: found among damaged files. The body that an episode has drawn was not checked against the task; with
+    // a tiny time step one control period takes billions of steps, and the resumed run hung.
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("run");
+    stopped_at(4000, &folder);
+    let path = folder.join("checkpoint/state.json");
+    let state = fs::read_to_string(&path).unwrap();
+    let from = "\"time_step_s\": 0.0002";
+    assert!(state.contains(from));
+    fs::write(&path, state.replacen(from, "\"time_step_s\": 1e-300", 1)).unwrap();
+    let error = Training::resume(&folder).unwrap_err().to_string();
+    assert!(error.contains("state.json"), "{error}");
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_folder_whose_name_is_no_text_can_be_resumed() {

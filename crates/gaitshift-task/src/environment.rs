@@ -415,7 +415,14 @@ impl EnvironmentBatch {
     /// Goes back to a saved state. Returns whether it is one of this batch: of as many environments, and of bodies
     /// that can be. Nothing changes otherwise.
     pub fn restore(&mut self, state: BatchState) -> bool {
-        let fits = state.environments.len() == self.len() && state.episodes.len() == self.len();
+        // A body of its own must be one that this task can be simulated on.
+        let possible = |episode: &Episode| {
+            let own = episode.conditions.as_ref();
+            own.is_none_or(|c| self.task.validate(&c.body).is_ok())
+        };
+        let fits = state.environments.len() == self.len()
+            && state.episodes.len() == self.len()
+            && state.episodes.iter().all(possible);
         let saved = state.environments.into_iter().zip(state.episodes);
         let members: Result<Vec<_>, _> = saved
             .map(|(environment, episode)| {
