@@ -168,6 +168,31 @@ fn altered_headers() {
 }
 
 #[test]
+fn a_count_of_updates_from_which_nobody_can_count_on() {
+    // What went wrong: found among damaged files. An agent that claims 2^64 - 1 updates was accepted, and its next update
+    // overflowed.
+    let files = files();
+    let bytes = std::fs::read(&files.agent).unwrap();
+    let end = header_end(&bytes);
+    let header = std::str::from_utf8(&bytes[8..8 + end]).unwrap();
+    let path = files.folder.path().join("counted");
+    for key in ["updates", "actor_steps"] {
+        let from = format!(r#"\"{key}\":0"#);
+        assert!(header.contains(&from));
+        let header = header.replacen(&from, &format!(r#"\"{key}\":{}"#, u64::MAX), 1);
+        let length = (header.len() as u64).to_le_bytes();
+        let file = [&length[..], header.as_bytes(), &bytes[8 + end..]].concat();
+        std::fs::write(&path, file).unwrap();
+        refuse_agent(&path, "more updates than any run can make");
+    }
+}
+
+/// Length of the header that a file names.
+fn header_end(bytes: &[u8]) -> usize {
+    u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize
+}
+
+#[test]
 fn a_folder_that_does_not_exist() {
     let files = files();
     let path = files.folder.path().join("no/such/folder/agent");
