@@ -467,7 +467,7 @@ pub struct ViewArguments {
     #[arg(long, value_name = "FILE.toml")]
     pub body: Vec<PathBuf>,
 
-    /// Draw the start at random with this seed [default: the default start]
+    /// Random start, drawn with this seed [default: the default start]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub seed: Option<u64>,
 

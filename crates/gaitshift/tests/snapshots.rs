@@ -1,0 +1,43 @@
+//! Contract: the help of every command, and typical errors, are word for word what `snapshots/*.trycmd` shows, with the
+//! exit codes there. After a change that is meant, accept it and read the difference:
+//!
+//!     TRYCMD=overwrite cargo test -p gaitshift --test snapshots
+
+mod common;
+use common::Place;
+
+#[test]
+fn help_and_errors_are_as_recorded() {
+    trycmd::TestCases::new()
+        .env("COLUMNS", "100")
+        .case("tests/snapshots/*.trycmd");
+}
+
+/// A new command was easily added without its help being recorded.
+#[test]
+fn the_help_of_every_command_is_recorded() {
+    let recorded = include_str!("snapshots/help.trycmd");
+    let mut commands = vec![String::new()];
+    while let Some(command) = commands.pop() {
+        let line = format!("$ gaitshift{command} --help\n");
+        assert!(
+            recorded.contains(&line),
+            "snapshots/help.trycmd lacks `{}`",
+            line.trim_end()
+        );
+        let help = Place::new().stdout(&format!("{command} --help"));
+        let listed = help
+            .lines()
+            .skip_while(|line| !["Commands:", "Formats:"].contains(line))
+            .skip(1)
+            .take_while(|line| !line.is_empty())
+            // Names are indented by two spaces, the rest of a description by more.
+            .filter_map(|line| {
+                line.strip_prefix("  ")
+                    .filter(|line| !line.starts_with(' '))
+            })
+            .filter_map(|line| line.split_whitespace().next())
+            .filter(|name| *name != "help");
+        commands.extend(listed.map(|name| format!("{command} {name}")));
+    }
+}
