@@ -113,23 +113,22 @@ def length_s(path):
 def test_record_video_films_the_single_environment_in_real_time(tmp_path):
     pytest.importorskip("moviepy")
     env = gymnasium.make(ID, render_mode="rgb_array")
-    env = gymnasium.wrappers.RecordVideo(env, str(tmp_path), video_length=50, disable_logger=True)
-    env.reset(seed=1)
+    env = gymnasium.wrappers.RecordVideo(env, str(tmp_path / "films"), video_length=50, disable_logger=True)
+    controller = gaitshift.Controller.shipped()
+    observation, _ = env.reset(seed=1)
     for _ in range(60):
-        _, _, terminated, truncated, _ = env.step(np.zeros(2))
-        if terminated or truncated:
-            env.reset()
+        observation, *_ = env.step(controller(observation))
     env.close()
-    assert films(tmp_path)
-    assert length_s(films(tmp_path)[0]) == pytest.approx(0.5, abs=0.1)
+    assert films(tmp_path / "films")
+    assert length_s(films(tmp_path / "films")[0]) == pytest.approx(0.5, abs=0.1)
 
 
 def test_record_video_films_the_vector(tmp_path):
     pytest.importorskip("moviepy")
     envs = gymnasium.make_vec(ID, 2, render_mode="rgb_array")
-    envs = gymnasium.wrappers.vector.RecordVideo(envs, str(tmp_path), video_length=20, disable_logger=True)
+    envs = gymnasium.wrappers.vector.RecordVideo(envs, str(tmp_path / "films"), video_length=20, disable_logger=True)
     envs.reset(seed=1)
     for _ in range(30):
         envs.step(np.zeros((2, 2)))
     envs.close()
-    assert films(tmp_path)
+    assert films(tmp_path / "films")
