@@ -196,6 +196,8 @@ def test_pictures_films_and_pages_are_saved(view, tab, tmp_path):
     page.fill("#saveTime", "5")
     assert save(page, "picture").startswith(b"\x89PNG")
     assert save(page, "gif").startswith(b"GIF89a")
+    if page.is_visible("button.film"):
+        assert save(page, "mp4")[4:8] == b"ftyp"
     html = save(page, "page")
     path = tmp_path / "motion.html"
     path.write_bytes(html)
