@@ -36,6 +36,9 @@ pub struct TrainingParameters {
     pub symmetry: Symmetry,
     /// How settings of the learner move during the run.
     pub schedule: Schedule,
+    /// A controller to begin with instead of a random one, if any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub warm_start: Option<WarmStart>,
     /// Whether the walk is rehearsed while running is learned.
     pub rehearsal: RehearsalParameters,
     /// Environment steps between rows of `metrics.csv`.
@@ -61,6 +64,7 @@ impl Default for TrainingParameters {
             learning_starts: 10_000,
             symmetry: Symmetry::Reward,
             schedule: Schedule::default(),
+            warm_start: None,
             rehearsal: RehearsalParameters::default(),
             metrics_interval_steps: 20_000,
             evaluation_interval_steps: 250_000,
@@ -70,6 +74,19 @@ impl Default for TrainingParameters {
             replay_capacity: 1_000_000,
         }
     }
+}
+
+/// A controller that training begins with: does the learner keep what it does, or leave it?
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WarmStart {
+    /// Its file, from the folder in which training begins; `shipped` is the one that comes with the program. Its hidden
+    /// layers must be those of `learner.actor_hidden`.
+    pub controller: String,
+    /// Environment steps at the beginning in which only the critics learn, so that the actor is not led by critics that
+    /// know nothing yet.
+    #[serde(default)]
+    pub critic_steps: u64,
 }
 
 /// A whole experiment.

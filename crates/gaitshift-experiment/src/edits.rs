@@ -75,6 +75,7 @@ pub(crate) fn is_decided(key: &str, learner_differs: bool, rehearsing: bool) -> 
         "task.control_period_s",
         "training.environments",
         "training.replay_capacity",
+        "training.warm_start.controller",
     ];
     // What the learner takes from elsewhere than its own table.
     let shared = ["training.symmetry", "task.reward.omega_s"];

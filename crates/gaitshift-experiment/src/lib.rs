@@ -21,7 +21,7 @@ mod training;
 
 pub use acceptance::{Check, Criteria, Judgement, Row, judge};
 pub use config::{
-    ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, load_body_overrides,
+    ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, WarmStart, load_body_overrides,
 };
 pub use controller::{Controller, ControllerError, Deterministic};
 pub use pace::steps_per_second;

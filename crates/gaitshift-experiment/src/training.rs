@@ -126,6 +126,7 @@ impl Training {
         command: &str,
     ) -> Result<Self, TrainingError> {
         let mut training = Self::prepare(experiment, RunFolder::at(folder), command)?;
+        training.warm_start()?;
         training.folder.create()?;
         // From here on a kill loses nothing that `resume` would need.
         training.checkpoint(LogLengths::new())?;
@@ -133,6 +134,29 @@ impl Training {
         training.counters.parts = Parts::default();
         training.folder.write_config(&training.configuration()?)?;
         Ok(training)
+    }
+
+    /// Begins with the controller that the experiment names, if any.
+    fn warm_start(&mut self) -> Result<(), TrainingError> {
+        let Some(start) = &self.experiment.training.warm_start else {
+            return Ok(());
+        };
+        let controller = match start.controller.as_str() {
+            "shipped" => Controller::shipped()?,
+            file => Controller::read(Path::new(file))?,
+        };
+        let (shape, learner) = (controller.policy.shape(), &self.experiment.learner);
+        if (&shape.hidden, shape.layer_norm) != (&learner.actor_hidden, learner.actor_layer_norm) {
+            return Err(TrainingError::other(
+                Path::new(&start.controller),
+                format!(
+                    "cannot be the start of this training: it has the hidden layers {:?}, the learner {:?}; set \
+                     `learner.actor_hidden` to its layers and `learner.actor_layer_norm` to {}",
+                    shape.hidden, learner.actor_hidden, shape.layer_norm
+                ),
+            ));
+        }
+        Ok(self.agent.start_from(&controller.policy)?)
     }
 
     fn prepare(
@@ -326,6 +350,11 @@ impl Training {
     /// Moves the learner's settings to where the schedule has them.
     fn apply_schedule(&mut self) -> Result<(), TrainingError> {
         let share = self.counters.step as f64 / self.experiment.curriculum.total_steps() as f64;
+        let warm_start = &self.experiment.training.warm_start;
+        let held = warm_start
+            .as_ref()
+            .is_some_and(|start| self.counters.step < start.critic_steps);
+        self.agent.hold_actor(held);
         let schedule = &self.experiment.training.schedule;
         if let Some(rate) = schedule.learning_rate.at(share) {
             self.agent.set_learning_rate(rate)?;

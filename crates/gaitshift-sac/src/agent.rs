@@ -1,6 +1,6 @@
 //! The learner with its random numbers: acts, learns from a replay buffer, can be saved and resumed.
 
-use gaitshift_nn::Workers;
+use gaitshift_nn::{Trained, Workers};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::config::{SacConfig, Temperature, require};
@@ -152,6 +152,30 @@ impl Agent {
     /// When it is not from 1 to 256.
     pub fn set_threads(&mut self, threads: usize) -> Result<(), SacError> {
         self.learner.set_threads(threads)
+    }
+
+    /// Acts and learns from here on as `policy`; the actor's optimiser begins anew.
+    ///
+    /// # Errors
+    /// When its layers are not those of the actor.
+    pub fn start_from(&mut self, policy: &Policy) -> Result<(), SacError> {
+        let network = policy.network();
+        require(
+            network.shape() == self.learner.actor.network.shape(),
+            "actor_hidden",
+            &self.learner.actor.network.shape(),
+            "of the layers of the policy to start from",
+        )?;
+        self.learner.actor = Trained::new(network.clone());
+        if let Some(average) = &mut self.learner.average {
+            *average = network.clone();
+        }
+        Ok(())
+    }
+
+    /// While held, the actor and the temperature stay as they are, and only the critics learn. Not part of a checkpoint.
+    pub fn hold_actor(&mut self, held: bool) {
+        self.learner.actor_held = held;
     }
 
     /// From now on every actor update also imitates pairs drawn from `rehearsal`, with the weight

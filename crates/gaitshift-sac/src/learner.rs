@@ -93,6 +93,8 @@ pub struct Learner<T> {
     pub(crate) actor_parts: Vec<Part<T>>,
     /// One for each thread.
     pub(crate) scratches: Vec<Scratch<T>>,
+    /// The actor and the temperature stay as they are while the critics learn.
+    pub(crate) actor_held: bool,
     /// The actor moved since its copies for the backward pass were made.
     pub(crate) actor_stale: bool,
     /// Pairs that the next update rehearses, at most `rehearsal_rows`; [`crate::Agent`] draws them.
@@ -186,6 +188,7 @@ impl<T: Scalar> Learner<T> {
             critic_parts,
             actor_parts,
             scratches,
+            actor_held: false,
             actor_stale: false,
             optimiser: Optimiser::default(),
             workers,

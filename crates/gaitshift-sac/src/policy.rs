@@ -91,6 +91,11 @@ impl Policy {
         }
     }
 
+    /// Its network.
+    pub(crate) fn network(&self) -> &Mlp<f32> {
+        &self.network
+    }
+
     /// A policy from its named tensors, in the layout of [`Policy::tensors`].
     ///
     /// # Errors

@@ -58,7 +58,7 @@ impl<T: Scalar> Learner<T> {
         self.critic_losses(fill, noise.next);
         self.step_critics();
         let every = u64::from(self.config.actor_every);
-        if self.updates.is_multiple_of(every) {
+        if self.updates.is_multiple_of(every) && !self.actor_held {
             self.actor_losses(noise.current);
             self.step_actor();
             self.step_temperature();
