@@ -43,11 +43,10 @@ impl Pattern {
         (self.rows, self.columns)
     }
 
-    /// The marks of a row, from the first element on.
+    /// A word of the marks of a row.
     #[inline(always)]
-    pub(crate) fn row(&self, row: usize) -> &[u64] {
-        let width = self.width();
-        &self.words[row * width..][..width]
+    pub(crate) fn word(&self, row: usize, word: usize) -> u64 {
+        self.words[row * self.width() + word]
     }
 
     /// Marks what is not zero in `rows` rows of `x`, `stride` apart and padded to a whole number of vectors.

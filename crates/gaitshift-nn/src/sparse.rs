@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::dense;
 use crate::pattern::{Pattern, WORD};
-use crate::product::{Columns, Kernel, Product, Registers, run};
+use crate::product::{Columns, Kernel, Product, Registers, run, width};
 use crate::simd::{LANES, Scalar, Simd, Vector};
 
 /// Above this share of elements that are not zero the dense kernel is faster.
@@ -106,24 +106,21 @@ fn strip<T: Scalar, W: Simd<T>, H: Simd<T>, const N: usize, const E: usize>(
     let Product { rows, epilogue, .. } = *product;
     let (a, a_row, a_column) = product.a.strides();
     let words = product.shared.div_ceil(WORD);
+    let start: Columns<W::Vector, H::Vector, N, E> = registers.start(epilogue, first);
     for word in 0..words {
         // All rows visit this part of B before the next: it is small enough to stay in the first-level cache.
         let b = &product.b[word * WORD * product.b_stride + first..];
         let a = &a[word * WORD * a_column..];
         for row in 0..rows {
-            let c = &mut product.c[row * product.c_stride + first..];
-            let mut sums: Columns<W::Vector, H::Vector, N, E> = if word > 0 {
-                registers.load(c)
-            } else {
-                registers.start(epilogue, first)
-            };
+            let c = &mut product.c[row * product.c_stride + first..][..width::<T, W>(N, E)];
+            let mut sums: Columns<W::Vector, H::Vector, N, E> =
+                if word > 0 { registers.load(c) } else { start };
             let a = &a[row * a_row..];
-            let mut left = pattern.row(row)[word];
+            let mut left = pattern.word(row, word);
             while left != 0 {
                 let index = left.trailing_zeros() as usize;
                 left &= left - 1;
-                // SAFETY: the product was checked, its pattern has its sizes and marks no element outside them. (With bounds
-                // checks in this loop it takes a sixth longer.)
+                // SAFETY: the product was checked, its pattern has its sizes and marks no element outside them.
                 let (factor, columns) = unsafe {
                     let factor = *a.get_unchecked(index * a_column);
                     (
