@@ -170,6 +170,62 @@ impl BodyParameters {
         self.hip_mass_kg + 2.0 * (self.thigh_mass_kg + self.tibia_mass_kg + self.foot_mass_kg)
     }
 
+    /// What can be simulated but is probably not meant, a sentence each; none for the default body.
+    pub fn warnings(&self) -> Vec<String> {
+        let default = Self::default();
+        let mut warnings = Vec::new();
+        let segments = [
+            (
+                "thigh_distance_m",
+                self.thigh_distance_m,
+                default.thigh_distance_m,
+            ),
+            (
+                "tibia_distance_m",
+                self.tibia_distance_m,
+                default.tibia_distance_m,
+            ),
+            (
+                "foot_distance_m",
+                self.foot_distance_m,
+                default.foot_distance_m,
+            ),
+        ];
+        let scale = self.leg_length_m / default.leg_length_m;
+        if scale != 1.0 && segments.iter().all(|(_, value, usual)| value == usual) {
+            let scaled = segments
+                .map(|(name, value, _)| format!("`{name}` {:.3}", value * scale))
+                .join(", ");
+            warnings.push(format!(
+                "`leg_length_m` is {}, but the segments are as far from the hip as in a leg of {} m; in proportion: \
+                 {scaled}",
+                self.leg_length_m, default.leg_length_m
+            ));
+        }
+        for (name, value, _) in segments {
+            if value > self.leg_length_m {
+                warnings.push(format!(
+                    "`{name}` is {value}: the segment's centre of mass lies below the sole of a leg of {} m",
+                    self.leg_length_m
+                ));
+            }
+        }
+        let weight_n = self.total_mass_kg() * self.gravity_m_per_s2;
+        if weight_n > 2.0 * self.actuator_force_n {
+            warnings.push(format!(
+                "the body weighs {weight_n:.0} N, more than both actuators' `actuator_force_n` of {} N can lift",
+                self.actuator_force_n
+            ));
+        }
+        let depth_m = (weight_n / self.contact_stiffness).powf(1.0 / self.contact_exponent);
+        if depth_m > 0.1 * self.foot_arc_radius_m {
+            warnings.push(format!(
+                "on one foot the body sinks about {depth_m:.2} m into the ground; a greater `contact_stiffness` bears it"
+            ));
+        }
+        warnings
+    }
+
     /// Checks every field.
     ///
     /// # Errors
@@ -232,6 +288,28 @@ impl BodyParameters {
             contact_dissipation_s_per_m,
             friction,
             gravity_m_per_s2
+        );
+        macro_rules! at_most {
+            ($bound:literal, $accepted:literal, $($field:ident),+) => {
+                $(check(stringify!($field), self.$field, self.$field <= $bound, $accepted)?;)+
+            };
+        }
+        // Far beyond any animal or machine that walks; more is a slip of the unit or of the decimal point.
+        at_most!(
+            1e4,
+            "at most 10000",
+            hip_mass_kg,
+            thigh_mass_kg,
+            tibia_mass_kg,
+            foot_mass_kg
+        );
+        at_most!(
+            100.0,
+            "at most 100",
+            leg_length_m,
+            thigh_distance_m,
+            tibia_distance_m,
+            foot_distance_m
         );
         check(
             "hip_com_height_m",

@@ -1,5 +1,5 @@
 //! Contract: the defaults are a body of 40 kg that can be; whatever cannot be is refused by its key, its value and what is
-//! accepted; parameters go through TOML without losing a bit, and unknown keys are refused.
+//! accepted; what can be but is probably not meant gets a warning; parameters go through TOML without losing a bit, and unknown keys are refused.
 
 use gaitshift_body::{Body, BodyParameters};
 
@@ -99,4 +99,74 @@ fn parameters_go_through_toml_without_losing_a_bit() {
     assert_eq!(toml::from_str::<BodyParameters>(&text).unwrap(), p);
     let error = toml::from_str::<BodyParameters>("frikction = 1.0").unwrap_err();
     assert!(error.message().contains("frikction"), "{error}");
+}
+
+fn changed(change: impl Fn(&mut BodyParameters)) -> BodyParameters {
+    let mut body = BodyParameters::default();
+    change(&mut body);
+    body
+}
+
+#[test]
+fn the_default_body_is_valid_and_not_warned_of() {
+    let body = BodyParameters::default();
+    body.validate().unwrap();
+    assert_eq!(body.warnings(), Vec::<String>::new());
+}
+
+// A foot of a billion kilograms was trained with, and nobody said a word.
+#[test]
+fn a_mass_beyond_any_animal_is_refused() {
+    let error = changed(|b| b.foot_mass_kg = 1e9).validate().unwrap_err();
+    assert_eq!((error.key, error.value), ("foot_mass_kg", 1e9));
+    assert!(error.to_string().contains("at most 10000"), "{error}");
+    let error = changed(|b| b.leg_length_m = 800.0).validate().unwrap_err();
+    assert_eq!(error.key, "leg_length_m");
+}
+
+#[test]
+fn a_body_that_cannot_lift_itself_is_warned_of() {
+    let heavy = changed(|b| b.hip_mass_kg = 500.0);
+    heavy.validate().unwrap();
+    assert!(
+        heavy.warnings()[0].contains("`actuator_force_n`"),
+        "{:?}",
+        heavy.warnings()
+    );
+    let soft = changed(|b| b.contact_stiffness = 1e3);
+    assert!(
+        soft.warnings()[0].contains("`contact_stiffness`"),
+        "{:?}",
+        soft.warnings()
+    );
+}
+
+// Another length of the leg left the segments where they were, without a word.
+#[test]
+fn segments_that_do_not_follow_the_leg_are_warned_of() {
+    let long = changed(|b| b.leg_length_m = 1.6);
+    let [warning] = &long.warnings()[..] else {
+        panic!("{:?}", long.warnings());
+    };
+    for word in [
+        "`leg_length_m` is 1.6",
+        "`thigh_distance_m` 0.400",
+        "`foot_distance_m` 1.500",
+    ] {
+        assert!(warning.contains(word), "{warning}");
+    }
+    let in_proportion = changed(|b| {
+        b.leg_length_m = 1.6;
+        b.thigh_distance_m = 0.4;
+        b.tibia_distance_m = 1.1;
+        b.foot_distance_m = 1.5;
+    });
+    assert_eq!(in_proportion.warnings(), Vec::<String>::new());
+    let short = changed(|b| b.leg_length_m = 0.7);
+    assert!(
+        short
+            .warnings()
+            .iter()
+            .any(|w| w.contains("below the sole"))
+    );
 }

@@ -93,7 +93,7 @@ pub struct WarmStart {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Experiment {
-    /// The recipe that gives everything a file leaves out; `paper` if the file names none.
+    /// The recipe or file that gives everything a file leaves out; `paper` if the file names none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<String>,
     /// Name of the experiment; a run's folder is named after it.
@@ -234,25 +234,29 @@ impl Experiment {
         Self::parse(&read(path)?, &path.display().to_string())
     }
 
-    /// Parses TOML. What the text does not give is taken from the recipe that its key `base` names,
-    /// from `paper` without one.
+    /// Parses TOML. What the text does not give is taken from the recipe or file that its key `base` names,
+    /// from `paper` without one. A file is named as by [`Experiment::load`], from the folder of the file that names it.
     ///
     /// # Errors
     /// Text that is no TOML, unknown keys, wrong types, values out of range; `origin` names the source.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ConfigError> {
-        let parse_error = |message: String| ConfigError::Parse {
-            origin: origin.to_owned(),
-            message: message.trim_end().to_owned(),
-        };
+        Self::parse_within(text, origin, &mut Vec::new())
+    }
+
+    /// `within` are the files whose bases led here.
+    fn parse_within(
+        text: &str,
+        origin: &str,
+        within: &mut Vec<PathBuf>,
+    ) -> Result<Self, ConfigError> {
+        let parse_error = |message: String| parse_error(origin, &message);
         // Reading the text alone first reports unknown keys and wrong types with their line.
         let own: Self = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;
         let is_recipe = RECIPES.iter().any(|(_, recipe)| *recipe == text);
         let experiment = match (is_recipe, own.base.as_deref().unwrap_or("paper")) {
             (true, _) => own,
             (false, base) => {
-                let base = Self::named(base, &format!("{origin}: key `base`"), String::new())?;
-                let mut whole =
-                    toml::Table::try_from(base).map_err(|e| parse_error(e.to_string()))?;
+                let mut whole = Self::base(base, origin, within)?.table(origin)?;
                 let over = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;
                 overlay(&mut whole, over);
                 whole
@@ -264,6 +268,54 @@ impl Experiment {
         Ok(Self {
             base: None,
             ..experiment
+        })
+    }
+
+    /// What the key `base` of the file `origin` names.
+    fn base(name: &str, origin: &str, within: &mut Vec<PathBuf>) -> Result<Self, ConfigError> {
+        let key = format!("{origin}: key `base`");
+        if !name.contains(['/', '\\', '.']) {
+            let remedy = format!("; a file is named by a path, such as ./{name}.toml");
+            return Self::named(name, &key, remedy);
+        }
+        let folder = Path::new(origin).parent().unwrap_or(Path::new(""));
+        let path = folder.join(name);
+        let same = |other: &PathBuf| match (other.canonicalize(), path.canonicalize()) {
+            (Ok(other), Ok(path)) => other == path,
+            _ => false,
+        };
+        within.push(PathBuf::from(origin));
+        if within.iter().any(same) {
+            return Err(parse_error(
+                &key,
+                &format!("{} is based on itself", path.display()),
+            ));
+        }
+        let text = std::fs::read_to_string(&path)
+            .map_err(|e| parse_error(&key, &format!("cannot read {}: {e}", path.display())))?;
+        Self::parse_within(&text, &path.display().to_string(), within)
+    }
+
+    /// All values as a table.
+    fn table(&self, origin: &str) -> Result<toml::Table, ConfigError> {
+        toml::Table::try_from(self).map_err(|e| parse_error(origin, &e.to_string()))
+    }
+
+    /// The experiment with single values replaced, each `KEY=VALUE` with the path of a key, e.g.
+    /// `body.friction=0.6`; see [`assignment`].
+    ///
+    /// # Errors
+    /// No `=`, an unknown key, a wrong type, a value out of range.
+    pub fn with_values(&self, assignments: &[String]) -> Result<Self, ConfigError> {
+        assignments.iter().try_fold(self.clone(), |whole, text| {
+            let origin = format!("`{text}`");
+            let mut table = whole.table(&origin)?;
+            overlay(&mut table, assignment(text, &[])?);
+            let experiment: Self = table
+                .try_into()
+                .map_err(|e: toml::de::Error| parse_error(&origin, &e.to_string()))?;
+            experiment.validate(&origin)?;
+            Ok(experiment)
         })
     }
 
@@ -379,7 +431,8 @@ impl Experiment {
     }
 }
 
-/// Reads a TOML file that overrides body parameters, e.g. `friction = 0.6`.
+/// Reads a TOML file that overrides body parameters, e.g. `friction = 0.6`, by themselves or as the table `[body]` of an
+/// experiment, whose other tables say nothing here.
 ///
 /// # Errors
 /// An unreadable file, unknown keys, wrong types, values out of range.
@@ -389,21 +442,121 @@ pub fn load_body_overrides(
 ) -> Result<BodyParameters, ConfigError> {
     let text = read(path)?;
     let origin = path.display().to_string();
-    let parse_error = |e: String| ConfigError::Parse {
-        origin: origin.clone(),
-        message: e.trim_end().to_owned(),
-    };
-    // A first reading as parameters reports unknown keys and wrong types with their line.
-    let _: BodyParameters = toml::from_str(&text).map_err(|e| parse_error(e.to_string()))?;
-    let table: toml::Table = toml::from_str(&text).map_err(|e| parse_error(e.to_string()))?;
-    let mut whole = toml::Table::try_from(base).map_err(|e| parse_error(e.to_string()))?;
+    let parse_error = |e: toml::de::Error| parse_error(&origin, &e.to_string());
+    let mut table: toml::Table = toml::from_str(&text).map_err(parse_error)?;
+    // A first reading reports unknown keys and wrong types with their line.
+    if table.contains_key("body") {
+        let _: Experiment = toml::from_str(&text).map_err(parse_error)?;
+        if let Some(toml::Value::Table(body)) = table.remove("body") {
+            table = body;
+        }
+    } else {
+        let _: BodyParameters = toml::from_str(&text).map_err(parse_error)?;
+    }
+    let mut whole =
+        toml::Table::try_from(base).map_err(|e| self::parse_error(&origin, &e.to_string()))?;
     overlay(&mut whole, table);
-    let body: BodyParameters = whole
-        .try_into()
-        .map_err(|e: toml::de::Error| parse_error(e.to_string()))?;
+    let body: BodyParameters = whole.try_into().map_err(parse_error)?;
     body.validate()
         .map_err(|source| ConfigError::Body { origin, source })?;
     Ok(body)
+}
+
+/// Body and task with single values replaced, each `KEY=VALUE` with a key of `[body]`, or with `body.KEY` or `task.KEY`.
+///
+/// # Errors
+/// No `=`, an unknown key, a wrong type, a value out of range.
+pub fn set_body_and_task(
+    body: &BodyParameters,
+    task: &TaskParameters,
+    assignments: &[String],
+) -> Result<(BodyParameters, TaskParameters), ConfigError> {
+    #[derive(Clone, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Both {
+        body: BodyParameters,
+        task: TaskParameters,
+    }
+    let mut both = Both {
+        body: body.clone(),
+        task: task.clone(),
+    };
+    for text in assignments {
+        let origin = format!("`{text}`");
+        let mut table =
+            toml::Table::try_from(&both).map_err(|e| parse_error(&origin, &e.to_string()))?;
+        overlay(&mut table, assignment(text, &["body", "task"])?);
+        both = table
+            .try_into()
+            .map_err(|e: toml::de::Error| parse_error(&origin, &e.to_string()))?;
+        let source = both.body.validate();
+        source.map_err(|source| ConfigError::Body {
+            origin: origin.clone(),
+            source,
+        })?;
+        let source = both.task.validate(&both.body);
+        source.map_err(|source| ConfigError::Task { origin, source })?;
+    }
+    Ok((both.body, both.task))
+}
+
+/// `KEY=VALUE` as nested tables. Where there are `tables`, a key that begins with none of them is one of the first. A value
+/// that is no TOML is a text, so that it needs no quotes within those of a shell.
+fn assignment(text: &str, tables: &[&str]) -> Result<toml::Table, ConfigError> {
+    let (key, value) = text
+        .split_once('=')
+        .filter(|(key, _)| !key.trim().is_empty())
+        .ok_or_else(|| {
+            parse_error(
+                &format!("`{text}`"),
+                "expected KEY=VALUE, for instance friction=0.6",
+            )
+        })?;
+    let value = value.trim();
+    let value = toml::from_str::<toml::Table>(&format!("value = {value}"))
+        .ok()
+        .and_then(|mut table| table.remove("value"))
+        .unwrap_or_else(|| toml::Value::String(value.to_owned()));
+    let mut path: Vec<&str> = key.trim().split('.').collect();
+    if let Some(first) = tables.first()
+        && !tables.contains(&path[0])
+    {
+        path.insert(0, first);
+    }
+    let nested = path.iter().rev().fold(value, |inner, name| {
+        toml::Value::Table(toml::Table::from_iter([((*name).to_owned(), inner)]))
+    });
+    match nested {
+        toml::Value::Table(table) => Ok(table),
+        _ => Ok(toml::Table::new()),
+    }
+}
+
+/// What a parser says, with the key that was probably meant.
+fn parse_error(origin: &str, message: &str) -> ConfigError {
+    ConfigError::Parse {
+        origin: origin.to_owned(),
+        message: did_you_mean(message.trim_end()),
+    }
+}
+
+/// A parser's message of an unknown name, with the nearest known one instead of the list of all, if one is near.
+pub fn did_you_mean(message: &str) -> String {
+    let near = || {
+        let start = message.rfind("unknown ")?;
+        let (unknown, listed) = message[start..].split_once(", expected ")?;
+        let unknown = unknown.split('`').nth(1)?;
+        // Names stand between backticks; what follows the list, the line of a TOML file, does not.
+        let known = listed.split('`').skip(1).step_by(2);
+        let distance = |name: &str| strsim::osa_distance(unknown, name);
+        let contained = |name: &str| unknown.len() > 2 && name.contains(unknown);
+        let name = known.min_by_key(|name| (distance(name), !contained(name)))?;
+        let likely = distance(name) <= 1 + unknown.len() / 4 || contained(name);
+        let end = start + message[start..].find(", expected ")?;
+        let rest = listed.rfind('`').map_or("", |last| &listed[last + 1..]);
+        likely.then(|| format!("{}; did you mean `{name}`?{rest}", &message[..end]))
+    };
+    near().unwrap_or_else(|| message.to_owned())
 }
 
 fn read(path: &Path) -> Result<String, ConfigError> {

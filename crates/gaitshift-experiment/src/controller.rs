@@ -103,17 +103,28 @@ impl Controller {
         durable::write(path, &bytes).map_err(|e| error(e.to_string()))
     }
 
-    /// Reads a file.
+    /// Reads a file, or the best controller so far of a run's folder, see [`Controller::file_of`].
     ///
     /// # Errors
     /// A file that is missing, truncated, foreign, or of other sizes.
     pub fn read(path: &Path) -> Result<Self, ControllerError> {
+        let path = &Self::file_of(path);
         let bytes = std::fs::read(path).map_err(|e| ControllerError {
             path: path.to_owned(),
             cause: e.to_string(),
             remedy: REMEDY,
         })?;
         Self::from_bytes(&bytes, path)
+    }
+
+    /// The controller's file that a path stands for: of a run's folder `controller.safetensors`, before its first
+    /// evaluation `controller-last.safetensors`; of everything else the path itself.
+    pub fn file_of(path: &Path) -> PathBuf {
+        ["controller.safetensors", "controller-last.safetensors"]
+            .into_iter()
+            .map(|name| path.join(name))
+            .find(|file| file.is_file())
+            .unwrap_or_else(|| path.to_owned())
     }
 
     /// Reads the bytes of a file; `path` names it in errors.

@@ -21,7 +21,8 @@ mod training;
 
 pub use acceptance::{Check, Criteria, Judgement, Row, judge};
 pub use config::{
-    ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, WarmStart, load_body_overrides,
+    ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, WarmStart, did_you_mean,
+    load_body_overrides, set_body_and_task,
 };
 pub use controller::{Controller, ControllerError, Deterministic};
 pub use pace::steps_per_second;

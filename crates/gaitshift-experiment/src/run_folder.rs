@@ -223,7 +223,8 @@ impl RunFolder {
         ))
     }
 
-    pub fn open_logs(&self) -> Result<Logs, TrainingError> {
+    /// Opens the logs, each with its header from the start on.
+    pub fn open_logs(&self, metrics_names: &[String]) -> Result<Logs, TrainingError> {
         let [metrics, episodes, evaluations, events] = LOGS.map(|name| self.file(name));
         let mut logs = Logs {
             metrics: TextLog::append(metrics)?,
@@ -235,6 +236,9 @@ impl RunFolder {
         if logs.episodes.empty {
             logs.episodes
                 .line("step,omega_v,total_reward,periods,ended,distance_m")?;
+        }
+        if logs.metrics.empty {
+            logs.metrics.line(&metrics_names.join(","))?;
         }
         Ok(logs)
     }
@@ -355,13 +359,8 @@ struct EvaluationLine<'a> {
 impl Logs {
     /// Writes a row of metrics; the first column is the step.
     pub fn metrics(&mut self, row: &[(String, f64)]) -> Result<(), TrainingError> {
-        let line = |values: Vec<String>| values.join(",");
-        if self.metrics.empty {
-            self.metrics
-                .line(&line(row.iter().map(|(name, _)| name.clone()).collect()))?;
-        }
-        self.metrics
-            .line(&line(row.iter().map(|(_, v)| v.to_string()).collect()))?;
+        let values: Vec<String> = row.iter().map(|(_, value)| value.to_string()).collect();
+        self.metrics.line(&values.join(","))?;
         self.metrics.flush()?;
         let step = row.first().map_or(0, |(_, step)| *step as u64);
         self.events

@@ -1,7 +1,11 @@
 //! Contract: every shipped recipe is valid and round-trips through its resolved form; a file needs
 //! only what differs; what is wrong in a file is reported with file, key and remedy.
 
-use gaitshift_experiment::{Experiment, RECIPES, load_body_overrides};
+use gaitshift_body::BodyParameters;
+use gaitshift_experiment::{
+    Experiment, RECIPES, did_you_mean, load_body_overrides, set_body_and_task,
+};
+use gaitshift_task::TaskParameters;
 
 #[test]
 fn every_recipe_is_valid_and_round_trips() {
@@ -188,4 +192,164 @@ fn body_overrides_change_what_they_name_and_nothing_else() {
     }
     let missing = load_body_overrides(&folder.path().join("none.toml"), &base).unwrap_err();
     assert!(missing.to_string().contains("none.toml"));
+}
+
+// `base = "./mine.toml"` was refused with the advice to give a TOML file.
+#[test]
+fn a_base_can_be_a_file_beside_the_one_that_names_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    write(
+        "mine.toml",
+        "base = \"fast\"\nseed = 9\n[body]\nfriction = 0.6\n",
+    );
+    let path = write(
+        "sub/next.toml",
+        "base = \"../mine.toml\"\n[body]\nhip_mass_kg = 25\n",
+    );
+    let experiment = Experiment::read(&path).unwrap();
+    assert_eq!(
+        (experiment.body.friction, experiment.body.hip_mass_kg),
+        (0.6, 25.0)
+    );
+    assert_eq!(experiment.seed, 9);
+    assert_eq!(
+        experiment.curriculum,
+        Experiment::recipe("fast").unwrap().curriculum
+    );
+
+    write("a.toml", "base = \"./b.toml\"");
+    let circle = write("b.toml", "base = \"a.toml\"");
+    let absent = write("c.toml", "base = \"./no.toml\"");
+    let wrong = write("d.toml", "base = \"./e.toml\"");
+    write("e.toml", "[body]\nfrction = 1");
+    for (path, words) in [
+        (circle, vec!["base", "based on itself"]),
+        (absent, vec!["c.toml", "`base`", "no.toml"]),
+        (wrong, vec!["e.toml", "did you mean `friction`?"]),
+    ] {
+        let message = Experiment::read(&path).unwrap_err().to_string();
+        for word in words {
+            assert!(message.contains(word), "{message}");
+        }
+    }
+    let message = error("base = \"slow\"");
+    assert!(
+        message.contains("`slow`") && message.contains("`fast`"),
+        "{message}"
+    );
+}
+
+// An unknown key was answered by the names of all 36.
+#[test]
+fn a_slip_is_answered_by_the_name_that_was_meant() {
+    for (text, meant) in [
+        ("[body]\nfrction = 1.0", "friction"),
+        ("[body]\nmass = 1.0", "mass"),
+        ("[learner]\ngama = 0.9", "gamma"),
+        ("[training]\nenvironment = 4", "environments"),
+        ("[training]\nsymmetry = \"los\"", "loss"),
+    ] {
+        let message = error(text);
+        let near = message
+            .split("did you mean `")
+            .nth(1)
+            .unwrap_or_else(|| panic!("{message}"));
+        assert!(near.contains(meant), "{message}");
+        assert!(
+            message.contains("mine.toml") && message.contains("line 2"),
+            "{message}"
+        );
+        assert!(!message.contains("expected one of"), "{message}");
+    }
+    // Where nothing is near the list is all there is to say.
+    let message = error("[training]\nwalrus = 4");
+    assert!(message.contains("expected one of"), "{message}");
+    assert_eq!(did_you_mean("something else"), "something else");
+}
+
+#[test]
+fn a_body_file_may_be_an_experiment() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    let base = BodyParameters::default();
+    for text in [
+        "friction = 0.6\n",
+        "[body]\nfriction = 0.6\n",
+        "name = \"x\"\nbase = \"fast\"\n[body]\nfriction = 0.6\n",
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let body = load_body_overrides(&path, &base).unwrap();
+        assert_eq!(
+            body,
+            BodyParameters {
+                friction: 0.6,
+                ..base.clone()
+            }
+        );
+    }
+    for text in [
+        "[body]\nfrction = 0.6\n",
+        "[bodies]\nfriction = 0.6\n",
+        "[body]\nfriction = -1\n",
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let message = load_body_overrides(&path, &base).unwrap_err().to_string();
+        assert!(message.contains("mine.toml"), "{message}");
+    }
+}
+
+#[test]
+fn single_values_can_be_set() {
+    let (body, task) = (BodyParameters::default(), TaskParameters::default());
+    let set = |texts: &[&str]| {
+        let texts: Vec<String> = texts.iter().map(|&t| t.to_owned()).collect();
+        set_body_and_task(&body, &task, &texts).map_err(|e| e.to_string())
+    };
+    let (b, t) = set(&[
+        "friction=0.6",
+        "body.hip_mass_kg = 25.0",
+        "task.termination.pitch_limit_rad=1",
+    ])
+    .unwrap();
+    assert_eq!(
+        (b.friction, b.hip_mass_kg, t.termination.pitch_limit_rad),
+        (0.6, 25.0, 1.0)
+    );
+    for (text, words) in [
+        ("friction", vec!["friction", "KEY=VALUE"]),
+        ("frction=1", vec!["`frction=1`", "did you mean `friction`?"]),
+        ("task.reward.omga_e=1", vec!["did you mean `omega_e`?"]),
+        ("friction=high", vec!["friction=high"]),
+        ("friction=-1", vec!["friction", "0 or greater"]),
+        ("=3", vec!["KEY=VALUE"]),
+        ("body..friction=3", vec!["body..friction"]),
+    ] {
+        let message = set(&[text]).unwrap_err();
+        for word in words {
+            assert!(message.contains(word), "{text}: {message}");
+        }
+    }
+    let fast = Experiment::recipe("fast").unwrap();
+    let changed = fast
+        .with_values(&[
+            "training.environments=8".to_owned(),
+            "learner.gamma=0.9".to_owned(),
+        ])
+        .unwrap();
+    assert_eq!(
+        (changed.training.environments, changed.learner.gamma),
+        (8, 0.9)
+    );
+    assert_eq!(fast.with_values(&[]).unwrap(), fast);
+    let message = fast
+        .with_values(&["trainig.environments=8".to_owned()])
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("did you mean `training`?"), "{message}");
 }

@@ -1,7 +1,7 @@
 //! Between Python's dictionaries and arrays and the libraries' types.
 
 use gaitshift_body::BodyParameters;
-use gaitshift_experiment::{Controller, Experiment};
+use gaitshift_experiment::{Controller, Experiment, did_you_mean};
 use gaitshift_task::TaskParameters;
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -37,7 +37,7 @@ pub fn from_python(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     serde_json::from_str(&text).map_err(|e| value_error(format!("`{name}`: {e}")))
 }
 
-/// `base` with the keys that a dictionary replaces; an unknown key is an error that lists the known ones.
+/// `base` with the keys that a dictionary replaces; an unknown key is an error that names the one that was probably meant.
 pub fn with_overrides<T: Serialize + DeserializeOwned>(
     base: &T,
     overrides: Option<&Bound<'_, PyAny>>,
@@ -47,7 +47,7 @@ pub fn with_overrides<T: Serialize + DeserializeOwned>(
     if let Some(overrides) = overrides {
         overlay(&mut whole, from_python(overrides, name)?);
     }
-    serde_json::from_value(whole).map_err(|e| value_error(format!("`{name}`: {e}")))
+    serde_json::from_value(whole).map_err(|e| value_error(did_you_mean(&format!("`{name}`: {e}"))))
 }
 
 fn overlay(base: &mut Value, over: Value) {
@@ -89,6 +89,7 @@ pub fn body_and_task(
 
 /// Reads a controller file.
 pub fn read_controller(path: &Path) -> PyResult<Controller> {
+    let path = &Controller::file_of(path);
     // The operating system's error first, so that a missing file is a FileNotFoundError.
     let bytes = std::fs::read(path).map_err(|e| os_error(&e, path))?;
     Controller::from_bytes(&bytes, path).map_err(value_error)

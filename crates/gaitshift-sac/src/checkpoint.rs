@@ -107,17 +107,26 @@ fn write<H: Serialize>(
     let header =
         serde_json::to_string(header).map_err(|error| failed(std::io::Error::other(error)))?;
     let metadata = HashMap::from([(key.to_owned(), header)]);
-    safetensors::tensor::serialize_to_file(tensors, Some(metadata), path).map_err(|error| {
-        match error {
-            safetensors::SafeTensorError::IoError(source) => failed(source),
-            other => SacError::Format {
-                kind,
-                path: path.to_owned(),
-                cause: other.to_string(),
-                remedy: "this is a defect of the program, please report it",
-            },
-        }
-    })
+    let written = safetensors::tensor::serialize_to_file(tensors, Some(metadata), path);
+    written.map_err(|error| match error {
+        safetensors::SafeTensorError::IoError(source) => failed(source),
+        other => SacError::Format {
+            kind,
+            path: path.to_owned(),
+            cause: other.to_string(),
+            remedy: "this is a defect of the program, please report it",
+        },
+    })?;
+    readable(path).map_err(failed)
+}
+
+/// The library writes for the owner alone; the file gets the permissions of any new one.
+fn readable(path: &Path) -> std::io::Result<()> {
+    let mut probe = path.as_os_str().to_owned();
+    probe.push(".new");
+    let permissions = fs::File::create(&probe)?.metadata()?.permissions();
+    fs::remove_file(&probe)?;
+    fs::set_permissions(path, permissions)
 }
 
 /// An open file; knows how to complain.

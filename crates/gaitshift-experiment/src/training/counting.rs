@@ -149,6 +149,37 @@ impl Recent {
     }
 }
 
+/// Columns of `metrics.csv`, without those of the reward's terms.
+const METRICS: [&str; 15] = [
+    "train/step",
+    "train/updates",
+    "train/elapsed_s",
+    "train/phase",
+    "train/omega_v_low",
+    "train/omega_v_high",
+    "episode/mean_return",
+    "episode/fall_share",
+    "episode/diverged",
+    "learner/critic_loss",
+    "learner/actor_loss",
+    "learner/mean_q",
+    "learner/entropy",
+    "learner/rehearsal_loss",
+    "learner/alpha",
+];
+
+/// All columns of `metrics.csv`.
+pub(super) fn metrics_names() -> Vec<String> {
+    let terms = RewardTerms::NAMES
+        .iter()
+        .map(|name| format!("reward/{name}"));
+    METRICS
+        .into_iter()
+        .map(str::to_owned)
+        .chain(terms)
+        .collect()
+}
+
 impl Training {
     /// Means since the last row, which begins anew.
     pub(super) fn metrics_row(&mut self, settings: &PhaseSettings) -> Vec<(String, f64)> {
@@ -157,32 +188,28 @@ impl Training {
         let recent = &mut c.recent;
         let steps = recent.steps.max(1) as f64;
         let updates = recent.updates.max(1) as f64;
-        let mut row = vec![
-            ("train/step".to_owned(), c.step as f64),
-            ("train/updates".to_owned(), c.updates as f64),
-            ("train/elapsed_s".to_owned(), c.elapsed_s),
-            ("train/phase".to_owned(), settings.index as f64),
-            ("train/omega_v_low".to_owned(), settings.omega_v[0]),
-            ("train/omega_v_high".to_owned(), settings.omega_v[1]),
-            ("episode/mean_return".to_owned(), progress.mean_return),
-            ("episode/fall_share".to_owned(), progress.fall_share),
-            ("episode/diverged".to_owned(), c.diverged as f64),
-            (
-                "learner/critic_loss".to_owned(),
-                recent.critic_loss / updates,
-            ),
-            ("learner/actor_loss".to_owned(), recent.actor_loss / updates),
-            ("learner/mean_q".to_owned(), recent.mean_q / updates),
-            ("learner/entropy".to_owned(), recent.entropy / updates),
-            (
-                "learner/rehearsal_loss".to_owned(),
-                recent.rehearsal_loss / updates,
-            ),
-            ("learner/alpha".to_owned(), self.agent.alpha()),
+        let values = [
+            c.step as f64,
+            c.updates as f64,
+            c.elapsed_s,
+            settings.index as f64,
+            settings.omega_v[0],
+            settings.omega_v[1],
+            progress.mean_return,
+            progress.fall_share,
+            c.diverged as f64,
+            recent.critic_loss / updates,
+            recent.actor_loss / updates,
+            recent.mean_q / updates,
+            recent.entropy / updates,
+            recent.rehearsal_loss / updates,
+            self.agent.alpha(),
         ];
-        for (name, sum) in RewardTerms::NAMES.iter().zip(recent.terms) {
-            row.push((format!("reward/{name}"), sum / steps));
-        }
+        let terms = recent.terms.iter().map(|sum| sum / steps);
+        let row = metrics_names()
+            .into_iter()
+            .zip(values.into_iter().chain(terms))
+            .collect();
         *recent = Recent {
             episodes: std::mem::take(&mut recent.episodes),
             ..Recent::default()
