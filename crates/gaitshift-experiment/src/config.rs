@@ -301,6 +301,17 @@ impl Experiment {
         toml::Table::try_from(self).map_err(|e| parse_error(origin, &e.to_string()))
     }
 
+    /// The name of what a file is based on and that itself; nothing for a recipe, which is based on nothing.
+    pub(crate) fn base_of(text: &str, origin: &str) -> Result<Option<(String, Self)>, ConfigError> {
+        if RECIPES.iter().any(|(_, recipe)| *recipe == text) {
+            return Ok(None);
+        }
+        let own: Self = toml::from_str(text).map_err(|e| parse_error(origin, &e.to_string()))?;
+        let name = own.base.unwrap_or_else(|| "paper".to_owned());
+        let base = Self::base(&name, origin, &mut Vec::new())?;
+        Ok(Some((name, base)))
+    }
+
     /// The experiment with single values replaced, each `KEY=VALUE` with the path of a key, e.g.
     /// `body.friction=0.6`; see [`assignment`].
     ///
@@ -559,7 +570,7 @@ pub fn did_you_mean(message: &str) -> String {
     near().unwrap_or_else(|| message.to_owned())
 }
 
-fn read(path: &Path) -> Result<String, ConfigError> {
+pub(crate) fn read(path: &Path) -> Result<String, ConfigError> {
     std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
         path: path.to_owned(),
         source,

@@ -10,6 +10,7 @@ mod pace;
 mod profile;
 mod provenance;
 mod rehearsal;
+mod review;
 mod rollout;
 mod run_folder;
 mod schedule;
@@ -27,8 +28,9 @@ pub use config::{
 pub use controller::{Controller, ControllerError, Deterministic};
 pub use pace::steps_per_second;
 pub use profile::{CommandProfile, ProfileError};
-pub use provenance::{Provenance, portable_command, portable_path};
+pub use provenance::{Provenance, portable_command, portable_path, quoted};
 pub use rehearsal::{RehearsalParameters, best_walk};
+pub use review::Review;
 pub use rollout::{Control, Rollout};
 pub use run_folder::TrainingError;
 pub use schedule::{Course, Schedule};

@@ -60,7 +60,8 @@ fn portable_word(word: &OsStr) -> String {
     }
 }
 
-fn quoted(word: &str) -> String {
+/// A word as it is typed into a shell: in quotes if it has a space or another sign that a shell reads.
+pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=:,+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         word.to_owned()

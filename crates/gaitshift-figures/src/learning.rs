@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::canvas::{Canvas, Ink, Paint, Rect};
 use crate::chart::{Axis, Panel};
-use crate::style::TEXT;
+use crate::style::{LABEL, SERIES, TEXT};
 use crate::{Figure, FigureError};
 
 /// Colours of the command from low to high: dark blue over green to yellow, in rising lightness, after
@@ -130,4 +130,118 @@ fn colour(share: f64) -> Ink {
     let place = share.clamp(0.0, 1.0) * (MAP.len() - 1) as f64;
     let lower = (place as usize).min(MAP.len() - 2);
     Ink::hex(MAP[lower]).mix(Ink::hex(MAP[lower + 1]), place - lower as f64)
+}
+
+/// The courses of runs that differ by their seed only.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearningCurves {
+    /// Name in the legend.
+    pub label: String,
+    /// Of each run points (environment step, value), steps rising.
+    pub runs: Vec<Vec<(f64, f64)>>,
+}
+
+/// A quantity over the course of training, for one or more groups of runs: every run as a thin line, of several runs their
+/// mean as a thick one and the band from the least to the greatest. Between its points a run is a straight line; where one
+/// has ended, the others go on without it.
+///
+/// # Errors
+/// [`FigureError::Empty`] without any point, [`FigureError::NotFinite`] for a value that cannot be drawn.
+pub fn learning_curves_figure(
+    curves: &[LearningCurves],
+    quantity: &str,
+) -> Result<Figure, FigureError> {
+    let points = || curves.iter().flat_map(|c| &c.runs).flatten();
+    if points().next().is_none() {
+        return Err(FigureError::Empty {
+            what: "the course of training",
+            needed: "one evaluation",
+        });
+    }
+    for (index, &(step, value)) in points().enumerate() {
+        if let Some(value) = [step, value].into_iter().find(|v| !v.is_finite()) {
+            return Err(FigureError::NotFinite {
+                name: quantity.to_owned(),
+                index,
+                value,
+            });
+        }
+    }
+    let last = points().fold(0.0_f64, |last, point| last.max(point.0));
+    let top = 20.0 + 17.0 * curves.len() as f64;
+    let panel = Panel {
+        area: Rect::new(58.0, top, 420.0, 230.0),
+        x: Axis::exact(0.0, 1.02e-6 * last.max(1.0), 6),
+        y: Axis::around(points().map(|point| point.1).chain([0.0]), 6),
+    };
+    let mut canvas = Canvas::new(500.0, top + 282.0);
+    panel.grid(&mut canvas);
+    for (k, (group, ink)) in curves.iter().zip(SERIES.into_iter().cycle()).enumerate() {
+        draw_group(&mut canvas, &panel, group, ink);
+        let base = 19.0 + 17.0 * k as f64;
+        canvas.line(
+            (58.0, base - 4.0),
+            (76.0, base - 4.0),
+            Paint::stroke(ink, 2.2),
+        );
+        let runs = match group.runs.len() {
+            1 => group.label.clone(),
+            several => format!("{}, mean and range of {several} runs", group.label),
+        };
+        canvas.text((82.0, base), &runs, LABEL);
+    }
+    panel.frame(&mut canvas, true);
+    panel.x_title(&mut canvas, "steps (millions)");
+    panel.y_title(&mut canvas, quantity, 42.0);
+    Ok(Figure {
+        svg: canvas.finish(),
+    })
+}
+
+fn draw_group(canvas: &mut Canvas, panel: &Panel, group: &LearningCurves, ink: Ink) {
+    let mut steps: Vec<f64> = group.runs.iter().flatten().map(|point| point.0).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.dedup();
+    let several = group.runs.len() > 1;
+    // At each step the runs that reach there.
+    let values: Vec<(f64, Vec<f64>)> = steps
+        .iter()
+        .map(|&step| {
+            let reached = group.runs.iter().filter_map(|run| value_at(run, step));
+            (step * 1e-6, reached.collect::<Vec<f64>>())
+        })
+        .filter(|(_, values)| !values.is_empty())
+        .collect();
+    let millions: Vec<f64> = values.iter().map(|(step, _)| *step).collect();
+    let of =
+        |fold: fn(&[f64]) -> f64| -> Vec<f64> { values.iter().map(|(_, v)| fold(v)).collect() };
+    let mean = of(|v| v.iter().sum::<f64>() / v.len() as f64);
+    if several {
+        let least = of(|v| v.iter().copied().fold(f64::INFINITY, f64::min));
+        let greatest = of(|v| v.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+        let upper = millions.iter().zip(&greatest);
+        let lower = millions.iter().zip(&least).rev();
+        let band = upper.chain(lower).map(|(&x, &y)| panel.place(x, y));
+        canvas.polygon(band, Paint::fill(ink.opacity(0.18)));
+        for run in &group.runs {
+            let (xs, ys): (Vec<f64>, Vec<f64>) = run.iter().map(|p| (p.0 * 1e-6, p.1)).unzip();
+            panel.curve(canvas, &xs, &ys, Paint::stroke(ink.opacity(0.45), 0.7));
+        }
+    }
+    if let ([x], [y]) = (&millions[..], &mean[..]) {
+        canvas.circle(panel.place(*x, *y), 3.0, Paint::fill(ink));
+    }
+    panel.curve(canvas, &millions, &mean, Paint::stroke(ink, 2.2));
+}
+
+/// Value of a run at a step, by a straight line between its points; nothing before the first and after the last.
+fn value_at(run: &[(f64, f64)], step: f64) -> Option<f64> {
+    let after = run.partition_point(|point| point.0 < step);
+    let next = run.get(after)?;
+    if next.0 == step {
+        return Some(next.1);
+    }
+    let before = run.get(after.checked_sub(1)?)?;
+    let share = (step - before.0) / (next.0 - before.0);
+    Some(before.1 + share * (next.1 - before.1))
 }

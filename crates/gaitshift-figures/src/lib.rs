@@ -44,7 +44,7 @@ pub use error::FigureError;
 pub use figure::Figure;
 pub use film::{FilmFormat, find_ffmpeg, write_film, write_frames};
 pub use frames::{Frames, Picture, Snapshot};
-pub use learning::episode_returns_figure;
+pub use learning::{LearningCurves, episode_returns_figure, learning_curves_figure};
 pub use strobe::{stride_at, strobe};
 pub use sweep::{SweepPoint, SweepSeries, sweep_figure};
 pub use transition::{FigureOptions, transition_figure};

@@ -30,3 +30,13 @@ pub(crate) const fn side_ink(side: Side) -> Ink {
         Side::Left => LEFT,
     }
 }
+
+/// Colours of series drawn over each other.
+pub(crate) const SERIES: [Ink; 6] = [
+    LEFT,
+    RIGHT,
+    Ink::hex(0x009e73),
+    Ink::hex(0xe69f00),
+    Ink::hex(0x56b4e9),
+    Ink::hex(0x555555),
+];

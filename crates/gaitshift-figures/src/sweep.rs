@@ -2,10 +2,10 @@
 
 use gaitshift_analysis::GaitSummary;
 
-use crate::canvas::{Canvas, Ink, Paint, Point, Rect, TextStyle};
+use crate::canvas::{Canvas, Ink, Paint, Point, Rect};
 use crate::chart::{Axis, Panel};
 use crate::raster::text_width;
-use crate::style::{LABEL, LEFT, PAPER, QUIET, RIGHT, SMALL, TEXT, TITLE, WHITE};
+use crate::style::{LABEL, PAPER, QUIET, SERIES, SMALL, TEXT, TITLE, WHITE};
 use crate::{Figure, FigureError};
 
 /// One evaluated command. What is undefined for the motion is `None` and left out of the picture.
@@ -105,15 +105,6 @@ const PANELS: [PanelKind; 6] = [
     },
 ];
 
-const SERIES: [Ink; 6] = [
-    LEFT,
-    RIGHT,
-    Ink::hex(0x009e73),
-    Ink::hex(0xe69f00),
-    Ink::hex(0x56b4e9),
-    Ink::hex(0x555555),
-];
-
 /// Speed, Froude number, cost of transport and the shares of double support, single support and flight
 /// against the command `ω_v`, the paper's values marked by diamonds.
 ///
@@ -141,13 +132,13 @@ pub fn sweep_figure(series: &[SweepSeries]) -> Result<Figure, FigureError> {
     }
 
     let (width, height, gap) = (172.0, 126.0, 52.0);
-    let (left, top) = (44.0, 52.0);
-    let sheet = (
-        left + 3.0 * width + 2.0 * gap + 14.0,
-        top + 2.0 * height + gap + 44.0,
-    );
+    let left = 44.0;
+    let sheet_width = left + 3.0 * width + 2.0 * gap + 14.0;
+    let legend = Legend::new(series, left, sheet_width);
+    let top = 35.0 + LEGEND_ROW * legend.rows;
+    let sheet = (sheet_width, top + 2.0 * height + gap + 44.0);
     let mut canvas = Canvas::new(sheet.0, sheet.1);
-    draw_legend(&mut canvas, series, left);
+    legend.draw(&mut canvas);
     let x = Axis::around(points().map(|point| point.omega_v).chain([0.0, 3.0]), 5);
     for (i, kind) in PANELS.iter().enumerate() {
         let (column, row) = ((i % 3) as f64, (i / 3) as f64);
@@ -211,26 +202,58 @@ fn diamond(canvas: &mut Canvas, (x, y): Point) {
     canvas.polygon(corners, Paint::fill(PAPER).outlined(TEXT, 0.9));
 }
 
-fn draw_legend(canvas: &mut Canvas, series: &[SweepSeries], left: f64) {
-    let base = 19.0;
-    let mut x = left;
-    let mut entry = |canvas: &mut Canvas, text: &str, style: TextStyle| {
-        let mark = (x + 6.0, base - 4.0);
-        canvas.text((x + 16.0, base), text, style);
-        x += 16.0 + text_width(text, SMALL) + 16.0;
-        mark
-    };
-    for (series, ink) in series.iter().zip(SERIES.into_iter().cycle()) {
-        let mark = entry(canvas, &series.label, LABEL);
-        canvas.circle(mark, 3.5, Paint::fill(ink));
+/// Entries of the legend, each with its place; longer ones than the sheet is wide go on in the next row.
+struct Legend {
+    entries: Vec<(String, Point, Mark)>,
+    rows: f64,
+}
+
+#[derive(Clone, Copy)]
+enum Mark {
+    Series(Ink),
+    Paper,
+    Fell,
+}
+
+const LEGEND_ROW: f64 = 17.0;
+
+impl Legend {
+    fn new(series: &[SweepSeries], left: f64, right: f64) -> Self {
+        let inks = SERIES.into_iter().cycle().map(Mark::Series);
+        let names = series.iter().map(|series| series.label.as_str()).zip(inks);
+        let fell = series
+            .iter()
+            .flat_map(|s| &s.points)
+            .any(|point| point.fell);
+        let fixed = [("the paper", Mark::Paper)];
+        let rest = fixed
+            .into_iter()
+            .chain(fell.then_some(("fell", Mark::Fell)));
+        let (mut x, mut row) = (left, 0.0);
+        let mut entries = Vec::new();
+        for (name, mark) in names.chain(rest) {
+            let width = 32.0 + text_width(name, SMALL);
+            if x > left && x + width > right {
+                (x, row) = (left, row + 1.0);
+            }
+            entries.push((name.to_owned(), (x, 19.0 + LEGEND_ROW * row), mark));
+            x += width;
+        }
+        Self {
+            entries,
+            rows: row + 1.0,
+        }
     }
-    let mark = entry(canvas, "the paper", LABEL);
-    diamond(canvas, mark);
-    if series
-        .iter()
-        .any(|series| series.points.iter().any(|point| point.fell))
-    {
-        let mark = entry(canvas, "fell", LABEL);
-        canvas.circle(mark, 3.0, Paint::fill(WHITE).outlined(QUIET, 1.2));
+
+    fn draw(&self, canvas: &mut Canvas) {
+        for (name, (x, base), mark) in &self.entries {
+            canvas.text((x + 16.0, *base), name, LABEL);
+            let place = (x + 6.0, base - 4.0);
+            match mark {
+                Mark::Series(ink) => canvas.circle(place, 3.5, Paint::fill(*ink)),
+                Mark::Paper => diamond(canvas, place),
+                Mark::Fell => canvas.circle(place, 3.0, Paint::fill(WHITE).outlined(QUIET, 1.2)),
+            }
+        }
     }
 }

@@ -3,7 +3,9 @@
 mod common;
 
 use common::{count, drawn_size, keep};
-use gaitshift_figures::{FigureError, episode_returns_figure};
+use gaitshift_figures::{
+    FigureError, LearningCurves, episode_returns_figure, learning_curves_figure,
+};
 
 const LOW: &str = "fill=\"#440154\"";
 const HIGH: &str = "fill=\"#e3d51c\"";
@@ -78,4 +80,48 @@ fn what_cannot_be_drawn_is_an_error() {
     let error = episode_returns_figure(&[1.0, 2.0], &[1.0, f64::NAN], &[0.0, 0.0]).unwrap_err();
     assert!(matches!(error, FigureError::NotFinite { index: 1, .. }));
     assert!(error.to_string().contains("`returns`"));
+}
+
+fn curves(label: &str, runs: &[&[(f64, f64)]]) -> LearningCurves {
+    LearningCurves {
+        label: label.to_owned(),
+        runs: runs.iter().map(|run| run.to_vec()).collect(),
+    }
+}
+
+#[test]
+fn several_runs_are_a_mean_with_a_band_and_one_is_a_line() {
+    let a: &[(f64, f64)] = &[(1e6, 10.0), (2e6, 20.0), (3e6, 30.0)];
+    let b: &[(f64, f64)] = &[(1e6, 20.0), (3e6, 10.0)];
+    let both = learning_curves_figure(&[curves("two", &[a, b])], "criteria met").unwrap();
+    keep("learning_curves.svg", both.svg.as_bytes());
+    keep("learning_curves.png", &both.to_png(2.0).unwrap());
+    assert_eq!(common::count(&both.svg, "two, mean and range of 2 runs"), 1);
+    // The grid aside there is one filled area, the band.
+    assert_eq!(common::count(&both.svg, "<polygon"), 1);
+    let one = learning_curves_figure(&[curves("one", &[a])], "criteria met").unwrap();
+    assert_eq!(common::count(&one.svg, "<polygon"), 0);
+    assert_eq!(common::count(&one.svg, ">one<"), 1);
+    let same = learning_curves_figure(&[curves("same", &[a, a])], "criteria met").unwrap();
+    assert_ne!(both.svg, same.svg);
+}
+
+#[test]
+fn runs_of_other_lengths_and_single_points_are_drawn() {
+    let figure = learning_curves_figure(
+        &[
+            curves("short", &[&[(1e6, 3.0)], &[(1e6, 5.0), (2e6, 6.0)]]),
+            curves("point", &[&[(1.5e6, 4.0)]]),
+            curves("none", &[&[]]),
+        ],
+        "criteria met",
+    )
+    .unwrap();
+    assert!(figure.to_png(1.0).is_ok());
+    for bad in [vec![], vec![curves("none", &[&[]])]] {
+        let error = learning_curves_figure(&bad, "criteria met").unwrap_err();
+        assert!(matches!(error, FigureError::Empty { .. }));
+    }
+    let error = learning_curves_figure(&[curves("bad", &[&[(1.0, f64::NAN)]])], "x").unwrap_err();
+    assert!(matches!(error, FigureError::NotFinite { .. }));
 }

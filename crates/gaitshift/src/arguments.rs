@@ -53,33 +53,41 @@ pub enum Command {
     Sweep(SweepArguments),
     Evaluate(EvaluateArguments),
     Transition(TransitionArguments),
+    Compare(CompareArguments),
     Render(RenderArguments),
     View(ViewArguments),
     Analyse(AnalyseArguments),
     Export(ExportArguments),
 }
 
-/// What moves, and how it starts.
-#[derive(Debug, Args)]
+/// What moves.
+#[derive(Debug, Default, Args)]
 pub struct SubjectArguments {
-    /// Controller file (`controller.safetensors` of a run) [default: the shipped controller]
-    #[arg(long, value_name = "FILE")]
+    /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
+    #[arg(long, value_name = "FILE|DIR")]
     pub controller: Option<PathBuf>,
 
+    /// What differs from what the controller was trained on.
+    #[command(flatten)]
+    pub changes: ChangeArguments,
+}
+
+/// What differs from the body and the task that a controller was trained on.
+#[derive(Debug, Default, Args)]
+pub struct ChangeArguments {
     /// TOML file that changes the body, e.g. with the line `friction = 0.6`
     ///
-    /// Keys are those of the table `[body]` in a run's config.toml. What the file leaves out stays as in
-    /// the controller's training.
+    /// Keys are those of the table `[body]` in a run's config.toml, by themselves or in such a table. What the
+    /// file leaves out stays as in the controller's training.
     #[arg(long, value_name = "FILE.toml")]
     pub body: Option<PathBuf>,
 
-    /// Random start, drawn with this seed [default: the default start, always the same]
+    /// Change one value, e.g. --set friction=0.6; may be given several times
     ///
-    /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
-    /// the default start is the middle of these ranges with the right leg in front. Nothing else is
-    /// random: the controller acts without noise.
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    pub seed: Option<u64>,
+    /// Keys are those of `[body]` in a run's config.toml; with `task.` before it a key of `[task]`, e.g.
+    /// --set task.termination.pitch_limit_rad=1.0.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
 }
 
 /// Shows a controller walk, run and change gait: a table, an animation and figures.
@@ -95,8 +103,8 @@ pub struct SubjectArguments {
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
 pub struct DemoArguments {
-    /// Controller file (`controller.safetensors` of a run) [default: the shipped controller]
-    #[arg(long, value_name = "FILE")]
+    /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
+    #[arg(long, value_name = "FILE|DIR")]
     pub controller: Option<PathBuf>,
 
     /// Folder for the pictures; files of the same names are replaced
@@ -130,6 +138,9 @@ Examples:
   gaitshift train
   gaitshift train paper --seed 3 --out runs/paper-seed-3
   gaitshift train my-body.toml --stop-when-accepted
+  gaitshift train --seeds 1-5
+  gaitshift train --check my-body.toml
+  gaitshift train --set training.environments=16
   gaitshift train --resume runs/fast-1
 
 where my-body.toml is, for instance:
@@ -151,9 +162,28 @@ pub struct TrainArguments {
     )]
     pub seed: Option<u64>,
 
+    /// One run after the other with each of these seeds, e.g. 1-5 or 1,2,7
+    ///
+    /// Folders are runs/NAME-SEED, with --out DIR the folders DIR/NAME-SEED. Ctrl-C stops the run under way and begins no
+    /// other. In the end a table says what came of each, with mean and standard deviation.
+    #[arg(long, value_name = "LIST", conflicts_with_all = ["seed", "resume"],
+          value_delimiter = ',', value_parser = seeds)]
+    pub seeds: Vec<Seeds>,
+
     /// Folder of the run; must not contain a run yet [default: runs/NAME-SEED]
     #[arg(long, value_name = "DIR", conflicts_with = "resume")]
     pub out: Option<PathBuf>,
+
+    /// Change one value of the experiment, e.g. --set body.friction=0.6; may be given several times
+    #[arg(long, value_name = "KEY=VALUE", conflicts_with = "resume")]
+    pub set: Vec<String>,
+
+    /// Say what would be trained, for how long, and what looks like a mistake; train nothing
+    ///
+    /// The phases in steps and minutes (a few seconds of training tell the pace), every value that differs from the recipe
+    /// or file that it is based on, and warnings. Nothing is written.
+    #[arg(long, conflicts_with_all = ["resume", "seeds", "out", "steps"])]
+    pub check: bool,
 
     /// Resume the run in this folder from its last checkpoint
     ///
@@ -254,18 +284,30 @@ pub struct SweepArguments {
 #[command(after_long_help = "\
 Examples:
   gaitshift evaluate
-  gaitshift evaluate --controller runs/fast-1/controller.safetensors --omega-v 0,3
+  gaitshift evaluate --controller runs/fast-1 --omega-v 0,3
   gaitshift evaluate --seed 7 --out out/seed-7
+  gaitshift evaluate --seed 1..12 --omega-v 0:3.5:0.25
+  gaitshift evaluate --set friction=0.6 --set hip_mass_kg=25
   gaitshift evaluate --criteria --json")]
 pub struct EvaluateArguments {
     /// What moves.
     #[command(flatten)]
     pub subject: SubjectArguments,
 
-    /// Commands ω_v, separated by commas, each from -100 to 100; training uses -0.5 to 3.5
+    /// Random start, drawn with this seed, or one with each of several seeds, e.g. 1..12 or 1,4,7
+    /// [default: the default start, always the same]
+    ///
+    /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
+    /// the default start is the middle of these ranges with the right leg in front. Nothing else is
+    /// random: the controller acts without noise. Of several starts the table has, for each command, the
+    /// gaits, the falls, and mean and standard deviation of the motions that did not fall.
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_delimiter = ',', value_parser = seeds)]
+    pub seed: Vec<Seeds>,
+
+    /// Commands ω_v, separated by commas, each from -100 to 100; FIRST:LAST:STEP is a range; training uses -0.5 to 3.5
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true,
-          default_value = "0,0.5,1,1.5,2,2.5,3,3.5", value_parser = omega_v)]
-    pub omega_v: Vec<f64>,
+          default_value = "0:3.5:0.5", value_parser = commands)]
+    pub omega_v: Vec<Commands>,
 
     /// One motion under a command that changes: a CSV file with the columns `time_s,omega_v`
     ///
@@ -327,6 +369,14 @@ pub struct TransitionArguments {
     #[command(flatten)]
     pub subject: SubjectArguments,
 
+    /// Random start, drawn with this seed [default: the default start, always the same]
+    ///
+    /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
+    /// the default start is the middle of these ranges with the right leg in front. Nothing else is
+    /// random: the controller acts without noise.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub seed: Option<u64>,
+
     /// Command ω_v before the ramp, -100 to 100
     #[arg(long, value_name = "OMEGA_V", default_value = "0", allow_negative_numbers = true, value_parser = omega_v)]
     pub from: f64,
@@ -360,6 +410,58 @@ pub struct TransitionArguments {
     pub out: Option<PathBuf>,
 
     /// Print the values as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Puts controllers, runs and recordings beside each other.
+///
+/// Each is a controller file, a run's folder (its best controller, and its course), a recording (CSV), or the word
+/// `shipped`. Controllers are tried on every command; recordings are described as they are. One table has a row for each
+/// command and name. Into the folder of --out go a figure of all controllers over the range of their command (sweep), and
+/// of runs the criteria met over the course of training (learning): runs of one experiment with different seeds are one
+/// curve, their mean, with their spread.
+///
+/// With --json, standard output is {"rows": [{"name", "omega_v", ...}], "runs": [{"name", "experiment", "seed", ...}]}, and
+/// with several seeds "spread" as in `evaluate`; files are written only into a folder given by --out.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift compare shipped runs/fast-1
+  gaitshift compare runs/fast-1 runs/fast-2 runs/fast-3 --omega-v 0,3
+  gaitshift compare shipped runs/fast-1 --seed 1..12 --set friction=0.6
+  gaitshift compare out/a/omega_v_3.csv out/b/omega_v_3.csv")]
+pub struct CompareArguments {
+    /// Controller files, runs' folders, recordings, or `shipped`
+    #[arg(value_name = "FILE|DIR|shipped", required = true)]
+    pub items: Vec<PathBuf>,
+
+    /// What differs from what the controllers were trained on.
+    #[command(flatten)]
+    pub changes: ChangeArguments,
+
+    /// Commands ω_v, separated by commas, each from -100 to 100; FIRST:LAST:STEP is a range
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true,
+          default_value = "0:3.5:0.5", value_parser = commands)]
+    pub omega_v: Vec<Commands>,
+
+    /// Draw the starts at random with these seeds, e.g. 1..12 [default: the default start]
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_delimiter = ',', value_parser = seeds)]
+    pub seed: Vec<Seeds>,
+
+    /// Duration of each motion in s, 0.1 to 3600
+    #[arg(long, value_name = "S", default_value = "20", allow_negative_numbers = true, value_parser = duration_s)]
+    pub duration_s: f64,
+
+    /// Time in s at the beginning that is left out of the figures, at most half of the motion
+    #[arg(long, value_name = "S", default_value = "5", allow_negative_numbers = true, value_parser = time_s)]
+    pub settling_s: f64,
+
+    /// Folder for the figures; files of the same names are replaced [default: out/compare, none with --json]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print everything as one JSON object on standard output
     #[arg(long)]
     pub json: bool,
 }
@@ -537,11 +639,11 @@ pub enum ExportFormat {
     ///
     /// The same masses, springs, dampers, actuators and joints; comments in the file say how contact differs.
     Mjcf {
-        /// TOML file that changes the body, e.g. with the line `friction = 0.6`
-        #[arg(long, value_name = "FILE.toml")]
-        body: Option<PathBuf>,
-        /// Take the body that this controller was trained on [default: the default body]
-        #[arg(long, value_name = "FILE")]
+        /// What differs from the controller's or default body and task.
+        #[command(flatten)]
+        changes: ChangeArguments,
+        /// Take the body that this controller, or the best one of a run's folder, was trained on [default: the default body]
+        #[arg(long, value_name = "FILE|DIR")]
         controller: Option<PathBuf>,
         /// File to write [default: standard output]
         #[arg(short, long, value_name = "FILE.xml")]
@@ -552,8 +654,8 @@ pub enum ExportFormat {
     /// In: `observation`, batch x 14 32-bit floats in SI units, not scaled. Out: `action`, batch x 2 in [-1, 1].
     /// Names, units, control period, body and task are in the file's metadata.
     Onnx {
-        /// Controller file (`controller.safetensors` of a run) [default: the shipped controller]
-        #[arg(long, value_name = "FILE")]
+        /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
+        #[arg(long, value_name = "FILE|DIR")]
         controller: Option<PathBuf>,
         /// File to write [default: standard output]
         #[arg(short, long, value_name = "FILE.onnx")]
@@ -601,6 +703,63 @@ fn number(text: &str) -> Result<f64, String> {
 
 fn omega_v(text: &str) -> Result<f64, String> {
     in_range(text, -OMEGA_V_MAX, OMEGA_V_MAX, "")
+}
+
+/// Most commands, and most seeds, of one range.
+const MOST_IN_RANGE: f64 = 1000.0;
+
+/// Commands that an element of a list stands for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Commands(pub Vec<f64>);
+
+/// Seeds that an element of a list stands for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seeds(pub Vec<u64>);
+
+/// `1.5`, or `FIRST:LAST:STEP`, both ends included.
+fn commands(text: &str) -> Result<Commands, String> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let [first, last, step] = parts[..] else {
+        return match parts.len() {
+            1 => Ok(Commands(vec![omega_v(text)?])),
+            _ => Err(format!(
+                "`{text}` is neither a number nor FIRST:LAST:STEP, such as 0:3.5:0.5"
+            )),
+        };
+    };
+    let (first, last, step) = (omega_v(first)?, omega_v(last)?, number(step)?);
+    let steps = (last - first) / step;
+    if !(0.0..MOST_IN_RANGE).contains(&steps) {
+        return Err(format!(
+            "STEP must lead from FIRST to LAST in at most {MOST_IN_RANGE} commands"
+        ));
+    }
+    // A step such as 0.1 does not meet its end exactly, and a product of it has a long tail of digits.
+    let tidy = |value: f64| (value * 1e9).round() / 1e9;
+    let count = (steps + 1e-6).floor() as usize;
+    Ok(Commands(
+        (0..=count).map(|k| tidy(first + k as f64 * step)).collect(),
+    ))
+}
+
+/// `7`, `1..12` or `1-12`, both ends included.
+fn seeds(text: &str) -> Result<Seeds, String> {
+    let whole = |text: &str| {
+        let number = text.trim().parse::<u64>();
+        number.map_err(|_| {
+            format!("`{text}` is not a whole number from 0 on, nor a range such as 1..12")
+        })
+    };
+    let Some((first, last)) = text.split_once("..").or_else(|| text.split_once('-')) else {
+        return Ok(Seeds(vec![whole(text)?]));
+    };
+    let (first, last) = (whole(first)?, whole(last.trim_start_matches('='))?);
+    if first > last || (last - first) as f64 >= MOST_IN_RANGE {
+        return Err(format!(
+            "`{text}` must be from a lower to a higher seed, at most {MOST_IN_RANGE} of them"
+        ));
+    }
+    Ok(Seeds((first..=last).collect()))
 }
 
 fn duration_s(text: &str) -> Result<f64, String> {

@@ -28,8 +28,7 @@ const POSES: usize = 12;
 pub fn run(arguments: &DemoArguments) -> Result<(), Failure> {
     let mut subject = Subject::load(&SubjectArguments {
         controller: arguments.controller.clone(),
-        body: None,
-        seed: None,
+        ..SubjectArguments::default()
     })?;
     let folder = &arguments.out;
     output::create_folder(folder)?;
@@ -53,7 +52,8 @@ pub fn run(arguments: &DemoArguments) -> Result<(), Failure> {
         }
     }
     evaluate::print_rows(&rows)?;
-    files.extend(evaluate::write_sweep(&rows, &subject.name, folder)?);
+    let sweep = (subject.name.as_str(), evaluate::points(&rows));
+    files.extend(evaluate::write_sweep(&[sweep], folder)?);
 
     for (from, to, file) in [(walk, run, "walk-to-run"), (run, walk, "run-to-walk")] {
         let steady_s = criteria.steady_s;

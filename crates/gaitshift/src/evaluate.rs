@@ -4,6 +4,7 @@ use crate::arguments::EvaluateArguments;
 use crate::failure::Failure;
 use crate::motion::{Subject, read_profile, write_recording};
 use crate::output;
+use crate::spread::{self, Spread};
 use gaitshift_analysis::recording::{Recording, column};
 use gaitshift_analysis::{AnalysisOptions, GaitSummary, summarise};
 use gaitshift_experiment::{CommandProfile, Criteria, Judgement, judge};
@@ -20,6 +21,9 @@ const BEYOND_PROFILE_S: f64 = 5.0;
 pub struct Row {
     /// The command, if it is constant over the part described.
     pub omega_v: Option<f64>,
+    /// The seed that drew the start, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
     /// The motion.
     #[serde(flatten)]
     pub summary: GaitSummary,
@@ -28,6 +32,8 @@ pub struct Row {
 #[derive(Serialize)]
 struct Rows<'a> {
     rows: &'a [Row],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    spread: Option<Vec<Spread>>,
 }
 
 #[derive(Serialize)]
@@ -44,18 +50,52 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     if arguments.criteria {
         return run_criteria(&mut subject, arguments.json);
     }
-    let (rows, files) = measure(&mut subject, arguments)?;
+    let seeds: Vec<u64> = arguments.seed.iter().flat_map(|s| s.0.clone()).collect();
+    let (rows, files) = measure(&mut subject, arguments, &seeds)?;
+    let spread = (seeds.len() > 1).then(|| spread::of(&rows));
     if arguments.json {
-        return output::json(&Rows { rows: &rows });
+        return output::json(&Rows {
+            rows: &rows,
+            spread,
+        });
     }
+    let start = match &seeds[..] {
+        [] | [_] => subject.start_name(),
+        several => format!("{} random starts", several.len()),
+    };
     output::line(&format!(
-        "{}, {}, measured from {} s on",
+        "{}, {start}, {}",
         subject.name,
-        subject.start_name(),
-        arguments.settling_s
+        described(&rows, arguments.settling_s)
     ))?;
-    print_rows(&rows)?;
+    match spread {
+        Some(spread) => spread::table(&[], spread.iter().map(|s| (vec![], s)))
+            .iter()
+            .try_for_each(|line| output::line(line))?,
+        None => print_rows(&rows)?,
+    }
     output::written(&files)
+}
+
+/// Which part of the motions the figures describe. Of a short motion that is its second half, whatever was asked for.
+fn described(rows: &[Row], settling_s: f64) -> String {
+    let starts = || rows.iter().filter_map(|row| row.summary.window_start_s);
+    let least = starts().fold(f64::INFINITY, f64::min);
+    let greatest = starts().fold(f64::NEG_INFINITY, f64::max);
+    let seconds = |value: f64| (value * 100.0).round() / 100.0;
+    if starts().all(|start_s| (start_s - settling_s).abs() < 0.005) {
+        format!("measured from {settling_s} s on")
+    } else if greatest - least < 0.005 {
+        format!(
+            "measured from {} s on, the middle of the motion",
+            seconds(greatest)
+        )
+    } else {
+        format!(
+            "measured from {} s on, of shorter motions from their middle on",
+            seconds(greatest)
+        )
+    }
 }
 
 /// Prints rows as a table.
@@ -82,14 +122,16 @@ pub fn print_gaits<'a>(
 fn measure(
     subject: &mut Subject,
     arguments: &EvaluateArguments,
+    seeds: &[u64],
 ) -> Result<(Vec<Row>, Vec<PathBuf>), Failure> {
     let motions: Vec<(String, CommandProfile)> = match &arguments.command_profile {
-        Some(path) => vec![("profile.csv".to_owned(), read_profile(path)?)],
+        Some(path) => vec![("profile".to_owned(), read_profile(path)?)],
         None => arguments
             .omega_v
             .iter()
+            .flat_map(|commands| &commands.0)
             .map(|&omega_v| {
-                let name = format!("omega_v_{omega_v}.csv");
+                let name = format!("omega_v_{omega_v}");
                 (name, CommandProfile::constant(omega_v))
             })
             .collect(),
@@ -97,20 +139,33 @@ fn measure(
     if let Some(folder) = &arguments.out {
         output::create_folder(folder)?;
     }
+    let starts: Vec<Option<u64>> = match seeds {
+        [] => vec![None],
+        seeds => seeds.iter().copied().map(Some).collect(),
+    };
     let mut rows = Vec::new();
     let mut files = Vec::new();
     for (name, profile) in &motions {
-        let duration_s = arguments
-            .duration_s
-            .unwrap_or_else(|| DURATION_S.max(profile.end_s() + BEYOND_PROFILE_S));
-        let recording = subject.record(profile, duration_s)?;
-        rows.push(describe(&recording, arguments.settling_s));
-        if let Some(folder) = &arguments.out {
-            files.push(write_recording(&recording, folder, name)?);
+        for &seed in &starts {
+            subject.start_at(seed);
+            let duration_s = arguments
+                .duration_s
+                .unwrap_or_else(|| DURATION_S.max(profile.end_s() + BEYOND_PROFILE_S));
+            let recording = subject.record(profile, duration_s)?;
+            let several = seed.filter(|_| starts.len() > 1);
+            rows.push(Row {
+                seed: several,
+                ..describe(&recording, arguments.settling_s)
+            });
+            if let Some(folder) = &arguments.out {
+                let suffix = several.map_or_else(String::new, |seed| format!("_seed_{seed}"));
+                let name = format!("{name}{suffix}.csv");
+                files.push(write_recording(&recording, folder, &name)?);
+            }
         }
     }
     if let Some(folder) = &arguments.out {
-        files.extend(write_sweep(&rows, &subject.name, folder)?);
+        files.extend(write_sweep(&[(&subject.name, points(&rows))], folder)?);
     }
     Ok((rows, files))
 }
@@ -135,24 +190,38 @@ pub fn describe(recording: &Recording, settling_time_s: f64) -> Row {
     let first = described.first().copied();
     Row {
         omega_v: first.filter(|&first| described.iter().all(|&command| command == first)),
+        seed: None,
         summary,
     }
 }
 
-/// Writes the figure of all commands, if there is a command to draw.
-pub fn write_sweep(rows: &[Row], label: &str, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let points: Vec<SweepPoint> = rows
-        .iter()
+/// The points of a figure of all commands: of several starts their means.
+pub fn points(rows: &[Row]) -> Vec<SweepPoint> {
+    if rows.iter().any(|row| row.seed.is_some()) {
+        return spread::of(rows).iter().filter_map(Spread::point).collect();
+    }
+    rows.iter()
         .filter_map(|row| Some(SweepPoint::new(row.omega_v?, &row.summary)))
+        .collect()
+}
+
+/// Writes the figure of all commands of one or more controllers, if there is a command to draw.
+pub fn write_sweep(
+    controllers: &[(&str, Vec<SweepPoint>)],
+    folder: &Path,
+) -> Result<Vec<PathBuf>, Failure> {
+    let series: Vec<SweepSeries> = controllers
+        .iter()
+        .filter(|(_, points)| !points.is_empty())
+        .map(|(label, points)| SweepSeries {
+            label: (*label).to_owned(),
+            points: points.clone(),
+        })
         .collect();
-    if points.is_empty() {
+    if series.is_empty() {
         return Ok(Vec::new());
     }
-    let series = SweepSeries {
-        label: label.to_owned(),
-        points,
-    };
-    sweep_figure(&[series])
+    sweep_figure(&series)
         .and_then(|figure| figure.write(folder.join("sweep")))
         .map_err(output::figure_failure)
 }

@@ -1,11 +1,12 @@
 //! `gaitshift export`: body, controller and recording for other programs.
 
-use crate::arguments::{ExportArguments, ExportFormat};
+use crate::arguments::{ChangeArguments, ExportArguments, ExportFormat};
 use crate::failure::Failure;
+use crate::motion::changed;
 use crate::output;
 use gaitshift_analysis::Recording;
 use gaitshift_body::BodyParameters;
-use gaitshift_experiment::{Controller, load_body_overrides};
+use gaitshift_experiment::Controller;
 use gaitshift_task::TaskParameters;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -14,11 +15,11 @@ use std::path::Path;
 pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     match &arguments.format {
         ExportFormat::Mjcf {
-            body,
+            changes,
             controller,
             out,
         } => {
-            let (parameters, task) = body_and_task(body.as_deref(), controller.as_deref())?;
+            let (parameters, task) = body_and_task(changes, controller.as_deref())?;
             let text = gaitshift_export::mjcf(&parameters, &task).map_err(Failure::input)?;
             put(text.as_bytes(), out.as_deref())
         }
@@ -62,20 +63,16 @@ fn read(path: &Path) -> Result<Recording, Failure> {
     Recording::read_csv(path).map_err(Failure::input)
 }
 
-/// Body and task of a controller, or the default ones, the body changed as a file says.
+/// Body and task of a controller, or the default ones, changed as the user asks.
 fn body_and_task(
-    body: Option<&Path>,
+    changes: &ChangeArguments,
     controller: Option<&Path>,
 ) -> Result<(BodyParameters, TaskParameters), Failure> {
-    let (base, task) = match controller {
+    let (body, task) = match controller {
         Some(path) => load(Some(path)).map(|c| (c.body, c.task))?,
         None => (BodyParameters::default(), TaskParameters::default()),
     };
-    let body = match body {
-        Some(path) => load_body_overrides(path, &base).map_err(Failure::input)?,
-        None => base,
-    };
-    Ok((body, task))
+    changed(&body, &task, changes)
 }
 
 /// Bytes that no terminal should be shown.

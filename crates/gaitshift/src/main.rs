@@ -7,6 +7,8 @@
 
 mod analyse;
 mod arguments;
+mod check;
+mod compare;
 mod demo;
 mod evaluate;
 mod export;
@@ -15,6 +17,7 @@ mod motion;
 mod output;
 mod progress;
 mod render;
+mod spread;
 mod sweep;
 mod train;
 mod transition;
@@ -22,15 +25,29 @@ mod view;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
+use clap::error::{ContextKind, ErrorKind};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let result = match Arguments::parse().command {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(mut error) => {
+            // The usage that clap makes up for an error joins options that exclude each other; --help has the whole one.
+            if error.use_stderr()
+                && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
+            {
+                error.remove(ContextKind::Usage);
+            }
+            error.exit()
+        }
+    };
+    let result = match arguments.command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Transition(arguments) => transition::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Analyse(arguments) => analyse::run(&arguments),

@@ -1,12 +1,13 @@
 //! What moves: a controller, the body it drives and the start; and the motions asked for.
 
-use crate::arguments::{OMEGA_V_MAX, SubjectArguments};
+use crate::arguments::{ChangeArguments, OMEGA_V_MAX, SubjectArguments};
 use crate::failure::Failure;
 use crate::{output, render};
 use gaitshift_analysis::Recording;
-use gaitshift_body::{Body, BodyState};
+use gaitshift_body::{Body, BodyParameters, BodyState};
 use gaitshift_experiment::{
     CommandProfile, Controller, Deterministic, Rollout, load_body_overrides, portable_path,
+    set_body_and_task,
 };
 use gaitshift_task::{Environment, TaskParameters};
 use gaitshift_view::Cast;
@@ -24,7 +25,7 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Loads what the user asked for.
+    /// Loads what the user asked for, at the default start.
     pub fn load(arguments: &SubjectArguments) -> Result<Self, Failure> {
         let controller = match &arguments.controller {
             Some(path) => Controller::read(path),
@@ -35,26 +36,33 @@ impl Subject {
             Some(path) => path.display().to_string(),
             None => "the shipped controller".to_owned(),
         };
-        let parameters = match &arguments.body {
-            Some(path) => {
-                let body = load_body_overrides(path, &controller.body).map_err(Failure::input)?;
-                // The controller's period has to fit the integration step that the file may change.
-                controller.task.validate(&body).map_err(|e| {
-                    Failure::input(format!("{}: with this body {e}", path.display()))
-                })?;
-                body
-            }
-            None => controller.body.clone(),
-        };
-        let body = Body::new(parameters).map_err(Failure::input)?;
-        let start = Environment::start(&body, &controller.task, arguments.seed);
+        Self::new(controller, name, &arguments.changes)
+    }
+
+    /// A controller on its own body and task, changed as the user asks.
+    pub fn new(
+        mut controller: Controller,
+        name: String,
+        changes: &ChangeArguments,
+    ) -> Result<Self, Failure> {
+        let (body, task) = changed(&controller.body, &controller.task, changes)?;
+        controller.task = task;
+        let body = Body::new(body).map_err(Failure::input)?;
+        let start = Environment::default_start(&body, &controller.task);
         Ok(Self {
             controller,
             body,
             name,
             start,
-            seed: arguments.seed,
+            seed: None,
         })
+    }
+
+    /// Begins motions at the start that a seed draws, or at the default start.
+    pub fn start_at(&mut self, seed: Option<u64>) {
+        let task = &self.controller.task;
+        self.seed = seed;
+        self.start = Environment::start(&self.body, task, seed);
     }
 
     /// Body, task and policy without noise, for whatever moves them by itself.
@@ -107,6 +115,31 @@ impl Subject {
         .record(&mut Deterministic(&mut controller.policy))
         .map_err(Failure::run)
     }
+}
+
+/// Body and task with the user's changes; says what about a changed body is probably not meant.
+pub fn changed(
+    body: &BodyParameters,
+    task: &TaskParameters,
+    changes: &ChangeArguments,
+) -> Result<(BodyParameters, TaskParameters), Failure> {
+    let new = match &changes.body {
+        Some(path) => {
+            let new = load_body_overrides(path, body).map_err(Failure::input)?;
+            // The controller's period has to fit the integration step that the file may change.
+            task.validate(&new)
+                .map_err(|e| Failure::input(format!("{}: with this body {e}", path.display())))?;
+            new
+        }
+        None => body.clone(),
+    };
+    let (new, task) = set_body_and_task(&new, task, &changes.set).map_err(Failure::input)?;
+    if new != *body {
+        for warning in new.warnings() {
+            output::note(&format!("warning: {warning}"));
+        }
+    }
+    Ok((new, task))
 }
 
 /// Reads the command over time from a file.

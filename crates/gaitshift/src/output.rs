@@ -65,43 +65,66 @@ pub fn number(value: Option<f64>, decimals: usize) -> String {
     )
 }
 
+/// What a figure of a motion is called in a table, its unit, and how it is written.
+type GaitColumn = (&'static str, &'static str, fn(&GaitSummary) -> String);
+
+const GAIT_COLUMNS: [GaitColumn; 10] = [
+    ("gait", "", |s| s.gait.to_string()),
+    ("upright", "s", |s| number(Some(s.survived_s), 2)),
+    ("speed", "m/s", |s| number(s.speed_m_per_s, 2)),
+    ("Froude", "", |s| number(s.froude, 2)),
+    ("double", "", |s| number(s.double_support, 2)),
+    ("single", "", |s| number(s.single_support, 2)),
+    ("flight", "", |s| number(s.flight, 2)),
+    ("CoT", "", |s| number(s.cost_of_transport, 3)),
+    ("steps", "Hz", |s| number(s.step_frequency_hz, 2)),
+    ("step", "m", |s| number(s.step_length_m, 2)),
+];
+
 /// The lines of a table of motions: heading, units, and one line per (command, motion).
 pub fn gait_table<'a>(rows: impl IntoIterator<Item = (String, &'a GaitSummary)>) -> Vec<String> {
-    let titles = [
-        "ω_v", "gait", "upright", "speed", "Froude", "double", "single", "flight", "CoT", "steps",
-        "step",
-    ];
-    let units = ["", "", "s", "m/s", "", "", "", "", "", "Hz", "m"];
-    let mut cells = vec![titles.map(str::to_owned), units.map(str::to_owned)];
-    for (command, s) in rows {
-        cells.push([
-            command,
-            s.gait.to_string(),
-            number(Some(s.survived_s), 2),
-            number(s.speed_m_per_s, 2),
-            number(s.froude, 2),
-            number(s.double_support, 2),
-            number(s.single_support, 2),
-            number(s.flight, 2),
-            number(s.cost_of_transport, 3),
-            number(s.step_frequency_hz, 2),
-            number(s.step_length_m, 2),
-        ]);
+    named_gait_table(
+        &["ω_v"],
+        rows.into_iter().map(|(command, s)| (vec![command], s)),
+    )
+}
+
+/// The same with other columns before those of the motion, named `titles`.
+pub fn named_gait_table<'a>(
+    titles: &[&str],
+    rows: impl IntoIterator<Item = (Vec<String>, &'a GaitSummary)>,
+) -> Vec<String> {
+    let owned = |texts: &[&str]| -> Vec<String> { texts.iter().map(|&t| t.to_owned()).collect() };
+    let mut heading = owned(titles);
+    heading.extend(GAIT_COLUMNS.map(|(title, _, _)| title.to_owned()));
+    let mut units = vec![String::new(); titles.len()];
+    units.extend(GAIT_COLUMNS.map(|(_, unit, _)| unit.to_owned()));
+    let mut cells = vec![heading, units];
+    for (mut row, summary) in rows {
+        row.extend(GAIT_COLUMNS.map(|(_, _, value)| value(summary)));
+        cells.push(row);
     }
-    let mut widths = [0; 11];
-    for row in &cells {
+    // Words begin at the left: names and the gait.
+    let words: Vec<usize> = (1..=titles.len()).collect();
+    table(&cells, &words)
+}
+
+/// Cells in columns as wide as they need; those of the columns `words` begin at the left, all others end at the right.
+pub fn table(cells: &[Vec<String>], words: &[usize]) -> Vec<String> {
+    let columns = cells.iter().map(Vec::len).max().unwrap_or(0);
+    let mut widths = vec![0; columns];
+    for row in cells {
         for (width, cell) in widths.iter_mut().zip(row) {
             *width = (*width).max(cell.chars().count());
         }
     }
-    let join = |row: &[String; 11]| {
+    let line = |row: &Vec<String>| {
         let padded = row
             .iter()
-            .zip(widths)
+            .zip(&widths)
             .enumerate()
-            .map(|(k, (cell, width))| {
-                // The gait is the only column of words.
-                if k == 1 {
+            .map(|(k, (cell, &width))| {
+                if words.contains(&k) {
                     format!("{cell:<width$}")
                 } else {
                     format!("{cell:>width$}")
@@ -110,5 +133,5 @@ pub fn gait_table<'a>(rows: impl IntoIterator<Item = (String, &'a GaitSummary)>)
         let joined: Vec<String> = padded.collect();
         joined.join("  ").trim_end().to_owned()
     };
-    cells.iter().map(join).collect()
+    cells.iter().map(line).collect()
 }

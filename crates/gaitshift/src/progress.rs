@@ -126,9 +126,10 @@ impl Observer for Watcher {
                 let now = Instant::now();
                 if now >= *next {
                     *next = now + LINE_INTERVAL;
+                    // As narrow as the lines of evaluations, which say the rest.
                     output::note(&format!(
-                        "{steps}, {pace}, phase {}{episodes}; {verdict}",
-                        p.phase
+                        "{steps}, {pace}, {:.0} % fall",
+                        100.0 * p.fall_share
                     ));
                 }
             }
@@ -166,18 +167,28 @@ fn verdict(judgement: &Judgement) -> String {
     )
 }
 
-/// Over the lines of evaluations: gait and Froude number at each command, or when it fell.
+/// Over the lines of evaluations, which fit 80 columns: what their columns are.
 fn heading(judgement: &Judgement) -> String {
     let commands: String = judgement
         .rows
         .iter()
-        .map(|row| format!("  {:<9}", row.omega_v))
+        .map(|row| format!(" {:<5}", row.omega_v))
         .collect();
     let line = format!(
-        "{:>10}  {:>6}  {:>5}  {:>5} {commands}",
+        "{:>9} {:>6} {:>5} {:>5}  ω_v",
         "step", "time", "met", "score"
     );
-    line.trim_end().replacen("  0    ", "  ω_v 0", 1)
+    let explained = [
+        "Each line is an evaluation without noise: criteria met; score, which counts in",
+        "part what is nearly met (* the best so far, which is kept); and at each command",
+        "w walks, r runs, m neither, with the Froude number, s stands, f fell after s.",
+    ];
+    format!(
+        "{}\n{}\n{}",
+        explained.join("\n"),
+        line,
+        format!("{:28}{commands}", "").trim_end()
+    )
 }
 
 /// One evaluation in a line; the best so far has a star.
@@ -187,18 +198,20 @@ fn evaluation(p: &Progress, judgement: &Judgement, best: bool) -> String {
         .iter()
         .map(|row| {
             let s = &row.summary;
+            // A Froude number below 1 without its zero.
+            let froude = || output::number(s.froude, 2).replacen("0.", ".", 1);
             let word = match s.gait {
-                _ if s.fell => format!("fell {:.1}s", s.survived_s),
-                GaitClass::Walking => format!("walk {}", output::number(s.froude, 2)),
-                GaitClass::Running => format!("run {}", output::number(s.froude, 2)),
-                GaitClass::Standing => "stand".to_owned(),
-                _ => format!("mixed {}", output::number(s.froude, 1)),
+                _ if s.fell => format!("f{:.1}", s.survived_s),
+                GaitClass::Walking => format!("w{}", froude()),
+                GaitClass::Running => format!("r{}", froude()),
+                GaitClass::Standing => "s".to_owned(),
+                _ => format!("m{}", froude()),
             };
-            format!("  {word:<9}")
+            format!(" {word:<5}")
         })
         .collect();
     let line = format!(
-        "{:>10}  {:>6}  {:>2}/{}  {:>5.1}{}{gaits}",
+        "{:>9} {:>6} {:>2}/{} {:>5.1}{}{gaits}",
         count(p.step),
         duration(p.elapsed_s),
         judgement.met(),

@@ -1,11 +1,15 @@
 //! `gaitshift train`: a run from recipe to controller.
 
 use crate::arguments::TrainArguments;
+use crate::check;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::{Watcher, count, duration};
+use crate::spread::Moments;
 use crate::view;
-use gaitshift_experiment::{Experiment, RunReport, Training, folder_name, portable_command};
+use gaitshift_experiment::{
+    Experiment, RunReport, Training, folder_name, portable_command, quoted,
+};
 use gaitshift_figures::episode_returns_figure;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -21,15 +25,158 @@ struct Report<'a> {
     report: &'a RunReport,
 }
 
+/// Several runs in one object.
+#[derive(Serialize)]
+struct Reports<'a> {
+    runs: Vec<Report<'a>>,
+}
+
+/// A finished or stopped run.
+struct Outcome {
+    folder: PathBuf,
+    controller: PathBuf,
+    seed: u64,
+    report: RunReport,
+}
+
+impl Outcome {
+    fn report(&self) -> Report<'_> {
+        Report {
+            folder: &self.folder,
+            controller: &self.controller,
+            report: &self.report,
+        }
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
+    if arguments.check {
+        return check::run(arguments);
+    }
     let interrupted = catch_interrupts()?;
-    let (folder, mut training) = prepare(arguments)?;
+    let seeds: Vec<u64> = arguments.seeds.iter().flat_map(|s| s.0.clone()).collect();
+    if seeds.is_empty() {
+        let (folder, training) = prepare(arguments)?;
+        let outcome = train(folder, training, arguments, &interrupted)?;
+        if arguments.json {
+            output::json(&outcome.report())?;
+        } else {
+            for line in describe(&outcome.report, &outcome.controller) {
+                output::line(&line)?;
+            }
+        }
+        return ended(&interrupted, &outcome.report);
+    }
+    train_seeds(&seeds, arguments, &interrupted)
+}
+
+/// One run after the other.
+fn train_seeds(
+    seeds: &[u64],
+    arguments: &TrainArguments,
+    interrupted: &Arc<AtomicBool>,
+) -> Result<(), Failure> {
+    let experiment = experiment(arguments)?;
+    let within = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| PathBuf::from("runs"));
+    let folder = |seed: u64| within.join(format!("{}-{seed}", folder_name(&experiment.name)));
+    // Better now than hours later.
+    if let Some(taken) = seeds
+        .iter()
+        .map(|&seed| folder(seed))
+        .find(|folder| folder.exists())
+    {
+        return Err(Failure::input(format!(
+            "{} is there already; leave its seed out of --seeds, or give another --out",
+            taken.display()
+        )));
+    }
+    let mut outcomes: Vec<Outcome> = Vec::new();
+    for &seed in seeds {
+        let experiment = Experiment {
+            seed,
+            ..experiment.clone()
+        };
+        let training = start(experiment, &folder(seed))?;
+        let outcome = train(folder(seed), training, arguments, interrupted)?;
+        outcomes.push(outcome);
+        if interrupted.load(Ordering::SeqCst) {
+            break;
+        }
+    }
+    if arguments.json {
+        let runs = outcomes.iter().map(Outcome::report).collect();
+        output::json(&Reports { runs })?;
+    } else {
+        for line in seeds_table(&outcomes) {
+            output::line(&line)?;
+        }
+    }
+    match outcomes.last() {
+        Some(last) => ended(interrupted, &last.report),
+        None => Ok(()),
+    }
+}
+
+/// What came of each seed, with mean and standard deviation.
+fn seeds_table(outcomes: &[Outcome]) -> Vec<String> {
+    let titles = ["seed", "criteria", "at step", "time", "run"];
+    let mut cells = vec![titles.map(str::to_owned).to_vec()];
+    for outcome in outcomes {
+        let r = &outcome.report;
+        let (met, at) = if r.best_step > 0 {
+            (
+                format!("{} of {}", r.best_met, r.criteria),
+                count(r.best_step),
+            )
+        } else {
+            ("-".to_owned(), "-".to_owned())
+        };
+        cells.push(vec![
+            outcome.seed.to_string(),
+            met,
+            at,
+            duration(r.elapsed_s),
+            outcome.folder.display().to_string(),
+        ]);
+    }
+    let judged = || outcomes.iter().filter(|o| o.report.best_step > 0);
+    let of = |value: fn(&RunReport) -> f64, decimals| {
+        Moments::of(judged().map(|o| Some(value(&o.report)))).text(decimals)
+    };
+    if outcomes.len() > 1 {
+        cells.push(vec![
+            "mean".to_owned(),
+            of(|r| r.best_met as f64, 1),
+            of(|r| r.best_step as f64, 0),
+            duration(
+                outcomes.iter().map(|o| o.report.elapsed_s).sum::<f64>() / outcomes.len() as f64,
+            ),
+        ]);
+    }
+    output::table(&cells, &[4])
+}
+
+/// Trains to the end, or until somebody stops it.
+fn train(
+    folder: PathBuf,
+    mut training: Training,
+    arguments: &TrainArguments,
+    interrupted: &Arc<AtomicBool>,
+) -> Result<Outcome, Failure> {
     output::note(&format!("run in {}", folder.display()));
     if arguments.view {
         view::beside_training(&folder)?;
     }
-    let mut watcher = Watcher::new(interrupted, arguments.steps);
+    let experiment = training.experiment();
+    let seed = experiment.seed;
+    for warning in experiment.body.warnings() {
+        output::note(&format!("warning: {warning}"));
+    }
+    let mut watcher = Watcher::new(Arc::clone(interrupted), arguments.steps);
     let report = training.run(&mut watcher).map_err(Failure::run)?;
     watcher.finish();
     if let Err(cause) = write_returns(&folder) {
@@ -46,21 +193,20 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
     if !report.finished {
         output::note(&format!(
             "stopped with a checkpoint; resume with: gaitshift train --resume {}",
-            folder.display()
+            quoted(&folder.to_string_lossy())
         ));
     }
-    if arguments.json {
-        output::json(&Report {
-            folder: &folder,
-            controller: &controller,
-            report: &report,
-        })?;
-    } else {
-        for line in describe(&report, &controller) {
-            output::line(&line)?;
-        }
-    }
-    if watcher.interrupted() && !report.finished {
+    Ok(Outcome {
+        folder,
+        controller,
+        seed,
+        report,
+    })
+}
+
+/// How the program ends after a run.
+fn ended(interrupted: &AtomicBool, report: &RunReport) -> Result<(), Failure> {
+    if interrupted.load(Ordering::SeqCst) && !report.finished {
         Err(Failure::Interrupted)
     } else {
         Ok(())
@@ -77,8 +223,21 @@ fn prepare(arguments: &TrainArguments) -> Result<(PathBuf, Training), Failure> {
         }
         return Ok((folder.clone(), training));
     }
-    let origin = &arguments.experiment;
-    let mut experiment = Experiment::load(origin).map_err(Failure::input)?;
+    let experiment = experiment(arguments)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| {
+        let name = format!("{}-{}", folder_name(&experiment.name), experiment.seed);
+        Path::new("runs").join(name)
+    });
+    let training = start(experiment, &folder)?;
+    Ok((folder, training))
+}
+
+/// The experiment as the user asks for it.
+pub fn experiment(arguments: &TrainArguments) -> Result<Experiment, Failure> {
+    let experiment = Experiment::load(&arguments.experiment).map_err(Failure::input)?;
+    let mut experiment = experiment
+        .with_values(&arguments.set)
+        .map_err(Failure::input)?;
     if let Some(seed) = arguments.seed {
         experiment.seed = seed;
     }
@@ -86,17 +245,12 @@ fn prepare(arguments: &TrainArguments) -> Result<(PathBuf, Training), Failure> {
         experiment.learner.threads = usize::from(threads);
     }
     experiment.training.stop_when_accepted |= arguments.stop_when_accepted;
-    let folder = arguments.out.clone().unwrap_or_else(|| {
-        let name = format!("{}-{}", folder_name(&experiment.name), experiment.seed);
-        Path::new("runs").join(name)
-    });
-    let training = Training::new(
-        experiment,
-        &folder,
-        &portable_command(std::env::args_os().skip(1)),
-    )
-    .map_err(Failure::input)?;
-    Ok((folder, training))
+    Ok(experiment)
+}
+
+fn start(experiment: Experiment, folder: &Path) -> Result<Training, Failure> {
+    let command = portable_command(std::env::args_os().skip(1));
+    Training::new(experiment, folder, &command).map_err(Failure::input)
 }
 
 /// The first Ctrl-C asks for a checkpoint, the second ends the program at once.
@@ -150,7 +304,7 @@ fn describe(r: &RunReport, controller: &Path) -> Vec<String> {
     lines.push(format!("controller: {}", controller.display()));
     lines.push(format!(
         "look at it: gaitshift demo --controller {}",
-        controller.display()
+        quoted(&controller.to_string_lossy())
     ));
     lines
 }

@@ -63,6 +63,7 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
         None => Change::ramp(a.from, a.to, a.start_s, a.ramp_s, a.after_s),
     };
     let mut subject = Subject::load(&a.subject)?;
+    subject.start_at(a.seed);
     let recording = subject.record(&change.profile, change.duration_s)?;
     let (start_s, end_s) = change.ramp;
     let summary = summarise_transition(&recording, start_s, end_s, &TransitionOptions::default());

@@ -1,11 +1,11 @@
 //! `gaitshift view`: a controller, a run or a recording in the browser.
 
-use crate::arguments::{SubjectArguments, ViewArguments};
+use crate::arguments::{ChangeArguments, SubjectArguments, ViewArguments};
 use crate::failure::Failure;
 use crate::motion::Subject;
 use crate::output;
 use gaitshift_analysis::Recording;
-use gaitshift_experiment::Experiment;
+use gaitshift_experiment::{Controller, Experiment};
 use gaitshift_view::{
     Cast, RECIPES_RANGE, Server, Show, ViewError, ViewOptions, replay_html, trained_range,
 };
@@ -76,11 +76,14 @@ fn casts(arguments: &ViewArguments) -> Result<Vec<Cast>, Failure> {
         .map(|k| {
             let (controller, body) = (of(controllers, k), of(bodies, k));
             let trained = controller.as_deref().map_or(RECIPES_RANGE, range_beside);
-            let subject = Subject::load(&SubjectArguments {
+            let mut subject = Subject::load(&SubjectArguments {
                 controller,
-                body: body.clone(),
-                seed: arguments.seed,
+                changes: ChangeArguments {
+                    body: body.clone(),
+                    ..ChangeArguments::default()
+                },
             })?;
+            subject.start_at(arguments.seed);
             let mut cast = subject.into_cast(trained);
             if let Some(body) = body {
                 cast.name = format!("{}, {}", cast.name, body.display());
@@ -92,7 +95,7 @@ fn casts(arguments: &ViewArguments) -> Result<Vec<Cast>, Failure> {
 
 /// The range that a run's controller was trained for, as the configuration beside it says.
 fn range_beside(controller: &Path) -> [f64; 2] {
-    let config = controller.with_file_name("config.toml");
+    let config = Controller::file_of(controller).with_file_name("config.toml");
     Experiment::load(&config.display().to_string())
         .ok()
         .and_then(|experiment| trained_range(&experiment.curriculum))
@@ -107,16 +110,12 @@ fn show_run(folder: &Path) -> Result<Show, Failure> {
             folder.display()
         )));
     }
-    let own = ["controller.safetensors", "controller-last.safetensors"]
-        .map(|name| folder.join(name))
-        .into_iter()
-        .find(|path| path.exists());
+    let own = Some(Controller::file_of(folder)).filter(|path| path != folder);
     let trained = range_beside(&folder.join("controller.safetensors"));
     let none = own.is_none();
     let subject = Subject::load(&SubjectArguments {
         controller: own,
-        body: None,
-        seed: None,
+        ..SubjectArguments::default()
     })?;
     let mut cast = subject.into_cast(trained);
     if none {

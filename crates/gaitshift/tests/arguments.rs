@@ -4,11 +4,12 @@
 mod common;
 use common::Place;
 
-const COMMANDS: [&str; 7] = [
+const COMMANDS: [&str; 8] = [
     "demo",
     "train",
     "evaluate",
     "transition",
+    "compare",
     "render",
     "analyse",
     "export",
@@ -145,5 +146,23 @@ fn options_that_exclude_each_other_are_refused() {
         "train --seed 2 --resume runs/fast-1",
     ] {
         place.refused(arguments, &["cannot be used with"]);
+    }
+}
+
+// The usage that an error showed was itself refused: `Usage: gaitshift train --resume <DIR> <RECIPE|FILE.toml>`.
+#[test]
+fn errors_show_no_usage_that_is_none() {
+    let place = Place::new();
+    for arguments in [
+        "train --resume x fast",
+        "evaluate --criteria --seed 1",
+        "evaluate --omega-v a",
+        "train --seed 1 --seeds 2-3",
+    ] {
+        let output = place.output(arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert!(!stderr.contains("Usage"), "{stderr}");
+        assert!(stderr.contains("--help"), "{stderr}");
     }
 }

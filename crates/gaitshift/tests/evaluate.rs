@@ -282,3 +282,163 @@ fn a_folder_that_cannot_be_made_is_a_failure() {
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("file/out"));
 }
+
+#[test]
+fn several_starts_are_told_with_mean_spread_and_falls() {
+    let place = Place::new();
+    let evaluate = "evaluate --omega-v 0:3:3 --duration-s 3 --seed 1..3";
+    let value = place.json(&format!("{evaluate} --json"));
+    let rows = rows(&value);
+    let seeds: Vec<u64> = rows
+        .iter()
+        .map(|row| row["seed"].as_u64().unwrap())
+        .collect();
+    assert_eq!(seeds, [1, 2, 3, 1, 2, 3]);
+    let spread = value["spread"].as_array().unwrap();
+    assert_eq!(spread.len(), 2);
+    for (k, command) in spread.iter().enumerate() {
+        let own = &rows[3 * k..3 * k + 3];
+        assert_eq!(command["omega_v"], own[0]["omega_v"]);
+        assert_eq!(command["motions"], 3);
+        let fell = own.iter().filter(|row| row["fell"] == true).count();
+        assert_eq!(command["falls"], fell);
+        let gaits: u64 = command["gaits"]
+            .as_object()
+            .unwrap()
+            .values()
+            .map(|n| n.as_u64().unwrap())
+            .sum();
+        assert_eq!(gaits, 3);
+        let upright = own.iter().filter(|row| row["fell"] == false);
+        let speeds: Vec<f64> = upright
+            .map(|row| row["speed_m_per_s"].as_f64().unwrap())
+            .collect();
+        let count = speeds.len() as f64;
+        let mean = speeds.iter().sum::<f64>() / count;
+        let squares: f64 = speeds.iter().map(|v| (v - mean).powi(2)).sum();
+        let near = |value: &Value, expected: f64| {
+            assert!((value.as_f64().unwrap() - expected).abs() < 1e-12)
+        };
+        near(&command["speed_m_per_s"]["mean"], mean);
+        near(
+            &command["speed_m_per_s"]["sd"],
+            (squares / (count - 1.0)).sqrt(),
+        );
+    }
+    let text = place.stdout(&format!("{evaluate} --out out"));
+    assert!(
+        text.contains("3 random starts") && text.contains("of 3") && text.contains('±'),
+        "{text}"
+    );
+    for name in ["omega_v_0_seed_1.csv", "omega_v_3_seed_3.csv", "sweep.svg"] {
+        assert!(place.path("out").join(name).exists(), "{name}");
+    }
+    // The start is the one that the seed alone draws.
+    let one = place.json("evaluate --omega-v 3 --duration-s 3 --seed 2 --json");
+    let mut alone = self::rows(&one)[0].clone();
+    alone["seed"] = Value::from(2);
+    assert_eq!(alone, rows[4]);
+}
+
+#[test]
+fn ranges_include_both_ends() {
+    let place = Place::new();
+    let value = place.json("evaluate --omega-v 1:1.3:0.1,-0.5,3:2:-0.5 --duration-s 0.5 --json");
+    let commands: Vec<f64> = rows(&value)
+        .iter()
+        .map(|row| row["omega_v"].as_f64().unwrap())
+        .collect();
+    assert_eq!(commands, [1.0, 1.1, 1.2, 1.3, -0.5, 3.0, 2.5, 2.0]);
+    for bad in [
+        "0:1",
+        "0:1:0",
+        "0:1:-1",
+        "0:1:0.0001",
+        "0:200:1",
+        "a:1:1",
+        "0:1:1:1",
+    ] {
+        place.refused(&format!("evaluate --omega-v {bad}"), &["--omega-v"]);
+    }
+    for bad in ["3..1", "a", "-1", "1..a", "1..100000"] {
+        place.refused(&format!("evaluate --seed={bad}"), &["--seed"]);
+    }
+}
+
+// The heading spoke of 5 s where the part described began elsewhere.
+#[test]
+fn the_heading_says_where_the_figures_begin() {
+    let place = Place::new();
+    let heading = |options: &str| {
+        place
+            .stdout(&format!("evaluate --omega-v 0 {options}"))
+            .lines()
+            .next()
+            .unwrap()
+            .to_owned()
+    };
+    assert!(heading("--duration-s 12").ends_with("measured from 5 s on"));
+    assert!(heading("--duration-s 4").ends_with("measured from 2 s on, the middle of the motion"));
+    assert!(heading("--duration-s 4 --settling-s 1").ends_with("measured from 1 s on"));
+}
+
+#[test]
+fn single_values_of_body_and_task_can_be_set() {
+    let place = Place::new();
+    place.write("ice.toml", "[body]\nfriction = 0.6\n");
+    let evaluate = "evaluate --omega-v 0 --duration-s 2 --json";
+    let file = place.json(&format!("{evaluate} --body ice.toml"));
+    assert_eq!(file, place.json(&format!("{evaluate} --set friction=0.6")));
+    assert_ne!(file, place.json(evaluate));
+    let strict = place.json(&format!(
+        "{evaluate} --set task.termination.min_hip_height_m=0.79"
+    ));
+    assert_eq!(rows(&strict)[0]["fell"], true);
+    place.refused(
+        "evaluate --set frction=0.6",
+        &["frction", "did you mean `friction`?"],
+    );
+    place.refused("evaluate --set friction", &["KEY=VALUE"]);
+    place.refused(
+        "evaluate --set task.control_period_s=0.00015",
+        &["control_period_s"],
+    );
+}
+
+// A leg of another length left the segments where they were, without a word.
+#[test]
+fn a_body_out_of_proportion_is_warned_of() {
+    let output =
+        Place::new().output("evaluate --omega-v 0 --duration-s 0.5 --set leg_length_m=0.85 --json");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        stderr.contains("warning: `leg_length_m` is 0.85"),
+        "{stderr}"
+    );
+    serde_json::from_slice::<Value>(&output.stdout).unwrap();
+}
+
+#[test]
+fn a_runs_folder_stands_for_its_best_controller() {
+    let place = Place::new();
+    let shipped = include_bytes!("../../gaitshift-experiment/controllers/biped.safetensors");
+    std::fs::create_dir(place.path("run")).unwrap();
+    place.write("run/controller.safetensors", shipped);
+    let evaluate = "evaluate --omega-v 0 --duration-s 1 --json";
+    let expected = place.json(evaluate);
+    assert_eq!(
+        expected,
+        place.json(&format!("{evaluate} --controller run"))
+    );
+    std::fs::rename(
+        place.path("run/controller.safetensors"),
+        place.path("run/controller-last.safetensors"),
+    )
+    .unwrap();
+    assert_eq!(
+        expected,
+        place.json(&format!("{evaluate} --controller run/"))
+    );
+    std::fs::create_dir(place.path("empty")).unwrap();
+    place.refused("evaluate --controller empty", &["empty", "gaitshift train"]);
+}

@@ -124,9 +124,16 @@ fn progress_goes_to_standard_error_in_plain_lines() {
         .find(|line| line.trim_start().starts_with("3,000 "));
     let evaluation = evaluation.unwrap_or_else(|| panic!("{stderr}"));
     assert!(
-        evaluation.contains("/39") && evaluation.contains("fell"),
+        evaluation.contains("/39") && evaluation.contains(" f0."),
         "{stderr}"
     );
+    // The columns are explained, and no line is wider than a terminal.
+    for word in ["score", "w walks", "f fell", "Froude"] {
+        assert!(stderr.contains(word), "no {word} in {stderr}");
+    }
+    for line in stderr.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
     assert!(!stderr.contains('\u{1b}'), "{stderr}");
     let stdout = String::from_utf8_lossy(&output.stdout);
     assert!(stdout.contains("6,000 steps and"), "{stdout}");
@@ -210,4 +217,134 @@ fn what_cannot_be_resumed_is_refused() {
     place.refused("train --resume run", &["agent.safetensors"]);
     std::fs::remove_dir_all(place.path("run/checkpoint")).unwrap();
     place.refused("train --resume run", &["checkpoint"]);
+}
+
+#[test]
+fn several_seeds_are_trained_one_after_the_other() {
+    let place = place_with_recipe();
+    let text = place.stdout("train tiny.toml --seeds 1-2,4 --steps 3000");
+    for seed in [1, 2, 4] {
+        let folder = format!("runs/tiny-run-{seed}");
+        assert!(
+            place
+                .path(&folder)
+                .join("controller-last.safetensors")
+                .exists()
+        );
+        assert!(text.contains(&folder), "{text}");
+    }
+    assert!(text.contains("mean"), "{text}");
+    place.stdout("train tiny.toml --seed 2 --out alone --steps 3000");
+    assert_eq!(
+        place.read("alone/episodes.csv"),
+        place.read("runs/tiny-run-2/episodes.csv")
+    );
+    // Before anything is trained, every folder has to be free.
+    place.refused(
+        "train tiny.toml --seeds 3-4",
+        &["runs/tiny-run-4", "--seeds"],
+    );
+    assert!(!place.path("runs/tiny-run-3").exists());
+    let reports = place.json("train tiny.toml --seeds 7-8 --steps 3000 --out o --json");
+    assert_eq!(reports["runs"].as_array().unwrap().len(), 2);
+    place.refused("train tiny.toml --seeds 5-1", &["--seeds"]);
+    place.refused("train tiny.toml --seeds 1-2 --seed 3", &["--seed"]);
+}
+
+#[test]
+fn a_check_says_what_would_be_trained_and_trains_nothing() {
+    let place = place_with_recipe();
+    let text = place.stdout("train --check tiny.toml");
+    for word in [
+        "6,000 steps",
+        "steps/s",
+        "only",
+        "fast",
+        "`learner.batch_size` from 256 to 32",
+        "Warnings",
+    ] {
+        assert!(text.contains(word), "no {word} in {text}");
+    }
+    let value = place.json("train --check tiny.toml --set body.friction=0.5 --json");
+    assert_eq!(value["steps"], 6000);
+    assert!(value["steps_per_s"].as_f64().unwrap() > 0.0, "{value}");
+    assert_eq!(value["phases"][0]["to_step"], 6000);
+    assert!(value["warnings"].as_array().unwrap().len() > 2, "{value}");
+    let differences = value["differences"].to_string();
+    assert!(differences.contains("body.friction"), "{differences}");
+    assert!(!place.path("runs").exists());
+    place.refused("train --check absent.toml", &["absent.toml"]);
+}
+
+#[test]
+fn single_values_are_set_without_a_file() {
+    let place = place_with_recipe();
+    place.stdout(
+        "train tiny.toml --set body.friction=0.5 --set training.environments=8 --out run --steps 1",
+    );
+    let config = String::from_utf8(place.read("run/config.toml")).unwrap();
+    assert!(
+        config.contains("friction = 0.5") && config.contains("environments = 8"),
+        "{config}"
+    );
+    place.refused(
+        "train tiny.toml --set body.frction=0.5",
+        &["did you mean `friction`?"],
+    );
+}
+
+// `metrics.csv` of a run shorter than its interval was empty, without a header.
+#[test]
+fn the_log_of_a_short_run_has_its_header() {
+    let place = place_with_recipe();
+    place.stdout("train tiny.toml --out run --steps 2000");
+    let header = String::from_utf8(place.read("run/metrics.csv")).unwrap();
+    assert!(header.starts_with("train/step,train/updates,"), "{header}");
+    assert!(header.trim_end().ends_with("reward/symmetry"), "{header}");
+    assert_eq!(header.lines().count(), 1);
+    place.stdout("train --resume run");
+    assert_eq!(place.read("run/metrics.csv"), header.as_bytes());
+}
+
+// The networks of a checkpoint were readable by their owner only, while all else was not.
+#[cfg(unix)]
+#[test]
+fn every_file_of_a_run_has_the_same_permissions() {
+    use std::os::unix::fs::PermissionsExt;
+    let place = place_with_recipe();
+    place.stdout("train tiny.toml --out run --steps 2000");
+    let mode = |name: &str| {
+        std::fs::metadata(place.path(name))
+            .unwrap()
+            .permissions()
+            .mode()
+    };
+    let usual = mode("run/config.toml");
+    for name in ["agent.safetensors", "replay.safetensors", "state.json"] {
+        assert_eq!(mode(&format!("run/checkpoint/{name}")), usual, "{name}");
+    }
+    let files = std::fs::read_dir(place.path("run/checkpoint")).unwrap();
+    assert!(
+        files
+            .flatten()
+            .all(|file| !file.file_name().to_string_lossy().ends_with(".new"))
+    );
+}
+
+// A command that was told to be typed did not work where a folder has a space in its name.
+#[test]
+fn hints_quote_paths() {
+    let place = place_with_recipe();
+    let mut command = place.command("train tiny.toml --steps 2000 --out");
+    let output = command.arg("my run").output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        stderr.contains("gaitshift train --resume 'my run'"),
+        "{stderr}"
+    );
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        stdout.contains("--controller 'my run/controller-last.safetensors'"),
+        "{stdout}"
+    );
 }

@@ -1,0 +1,184 @@
+//! What can be said of an experiment before it is trained: what differs from its base, and what looks like a mistake.
+
+use crate::acceptance::Criteria;
+use crate::config::{ConfigError, Experiment, read};
+use crate::edits::edits;
+use std::path::Path;
+
+/// An experiment, looked at before it runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Review {
+    /// The recipe or file that it is based on; nothing for a recipe itself.
+    pub base: Option<String>,
+    /// What differs from the base: a sentence for each key, the phases together in one.
+    pub differences: Vec<String>,
+    /// What can be trained but is probably not meant, a sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl Review {
+    /// Looks at `experiment`, which is what `file_or_recipe` says, with changes of single values.
+    ///
+    /// # Errors
+    /// A file that cannot be read or used.
+    pub fn of(file_or_recipe: &str, experiment: &Experiment) -> Result<Self, ConfigError> {
+        let is_file = file_or_recipe.contains(['/', '\\', '.']);
+        let (base, before, own) = if is_file {
+            let text = read(Path::new(file_or_recipe))?;
+            let own = toml::from_str(&text).unwrap_or_default();
+            match Experiment::base_of(&text, file_or_recipe)? {
+                Some((name, base)) => (Some(name), base, own),
+                None => (None, experiment.clone(), own),
+            }
+        } else {
+            let recipe = Experiment::recipe(file_or_recipe)?;
+            (None, recipe, toml::Table::new())
+        };
+        let mut warnings = experiment.body.warnings();
+        if base.is_some() {
+            warnings.extend(inherited(&own, &before));
+        }
+        warnings.extend(unreached(experiment));
+        Ok(Self {
+            base,
+            differences: differences(&before, experiment)?,
+            warnings,
+        })
+    }
+}
+
+fn differences(before: &Experiment, after: &Experiment) -> Result<Vec<String>, ConfigError> {
+    const PHASES: &str = "curriculum.phases";
+    let edits = edits(before, after)?;
+    let mut differences: Vec<String> = edits
+        .iter()
+        .filter(|edit| !edit.key.starts_with(PHASES) && edit.key != "name")
+        .map(ToString::to_string)
+        .collect();
+    if before.curriculum.phases != after.curriculum.phases {
+        let phases = |e: &Experiment| {
+            let (count, steps) = (e.curriculum.phases.len(), e.curriculum.total_steps());
+            format!("{count} of {steps} steps in all")
+        };
+        let (from, to) = (phases(before), phases(after));
+        differences.push(format!("`{PHASES}`, {to} instead of {from}"));
+    }
+    Ok(differences)
+}
+
+/// What the base fits to phases that the file replaces.
+fn inherited(own: &toml::Table, base: &Experiment) -> Vec<String> {
+    let has = |path: [&str; 2]| {
+        let table = own.get(path[0]).and_then(toml::Value::as_table);
+        table.is_some_and(|table| table.contains_key(path[1]))
+    };
+    if !has(["curriculum", "phases"]) {
+        return Vec::new();
+    }
+    let mut warnings = Vec::new();
+    let schedule = &base.training.schedule;
+    let courses = [
+        ("learning_rate", &schedule.learning_rate),
+        ("alpha", &schedule.alpha),
+        ("horizon", &schedule.horizon),
+    ];
+    let own_schedule = own
+        .get("training")
+        .and_then(|training| training.get("schedule"))
+        .and_then(toml::Value::as_table);
+    for (key, course) in courses {
+        let replaced = own_schedule.is_some_and(|schedule| schedule.contains_key(key));
+        if !course.0.is_empty() && !replaced {
+            warnings.push(format!(
+                "the phases are the file's own, but `training.schedule.{key}` is the base's; its shares of the run were \
+                 chosen for other phases"
+            ));
+        }
+    }
+    if base.training.rehearsal.enabled() && !has(["training", "rehearsal"]) {
+        warnings.push(format!(
+            "the phases are the file's own, but `training.rehearsal.after_steps` is the base's {}",
+            base.training.rehearsal.after_steps
+        ));
+    }
+    warnings
+}
+
+/// Times and commands that the run never comes to.
+fn unreached(e: &Experiment) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let total = e.curriculum.total_steps();
+    let t = &e.training;
+    let times = [
+        (
+            "training.learning_starts",
+            t.learning_starts,
+            "nothing is learned",
+        ),
+        (
+            "training.rehearsal.after_steps",
+            t.rehearsal.after_steps,
+            "no walk is rehearsed",
+        ),
+        (
+            "training.evaluation_interval_steps",
+            t.evaluation_interval_steps,
+            "no controller is evaluated",
+        ),
+        (
+            "training.metrics_interval_steps",
+            t.metrics_interval_steps,
+            "`metrics.csv` stays empty",
+        ),
+    ];
+    for (key, steps, consequence) in times {
+        // An interval as long as the run ends with it.
+        if steps > total || (steps == total && key == "training.learning_starts") {
+            warnings.push(format!(
+                "`{key}` is {steps}, but the phases have {total} steps in all: {consequence}"
+            ));
+        }
+    }
+    let phases = &e.curriculum.phases;
+    let ranges = || {
+        phases.iter().flat_map(|phase| {
+            let end = phase.omega_v_end.unwrap_or(phase.omega_v);
+            [phase.omega_v, end]
+        })
+    };
+    let low = ranges().fold(f64::INFINITY, |low, range| low.min(range[0]));
+    let high = ranges().fold(f64::NEG_INFINITY, |high, range| high.max(range[1]));
+    let criteria = Criteria::default();
+    for (gait, omega_v) in [
+        ("walking", criteria.walking_omega_v),
+        ("running", criteria.running_omega_v),
+    ] {
+        if !(low..=high).contains(&omega_v) {
+            warnings.push(format!(
+                "no phase reaches the command {omega_v}, at which {gait} is judged: commands are drawn from {low} to {high}"
+            ));
+        }
+    }
+    let command = &e.curriculum.command;
+    for phase in phases {
+        let share = phase.focus_share.unwrap_or(command.focus_share);
+        let end = phase.omega_v_end.unwrap_or(phase.omega_v);
+        let (low, high) = (phase.omega_v[0].min(end[0]), phase.omega_v[1].max(end[1]));
+        let [from, to] = command.focus;
+        if share > 0.0 && (to < low || from > high) {
+            warnings.push(format!(
+                "phase \"{}\" draws a share of {share} from `curriculum.command.focus`, {from} to {to}, which lies outside \
+                 its own range, {low} to {high}",
+                phase.name
+            ));
+        }
+    }
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    if e.learner.threads > threads {
+        warnings.push(format!(
+            "`learner.threads` is {}, but this machine has {threads}: more threads than processors are slower",
+            e.learner.threads
+        ));
+    }
+    warnings
+}

@@ -1,0 +1,100 @@
+//! Contract: before it is trained, an experiment is told how it differs from its base and what of it looks like a mistake;
+//! a recipe as it comes differs from nothing.
+
+use gaitshift_experiment::{Experiment, RECIPES, Review};
+
+fn review(text: &str) -> Review {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    std::fs::write(&path, text).unwrap();
+    let experiment = Experiment::read(&path).unwrap();
+    Review::of(&path.display().to_string(), &experiment).unwrap()
+}
+
+fn warned(text: &str, words: &[&str]) {
+    let warnings = review(text).warnings;
+    let all_in_one = |w: &String| words.iter().all(|word| w.contains(word));
+    assert!(
+        warnings.iter().any(all_in_one),
+        "no {words:?} in {warnings:#?}"
+    );
+}
+
+const PHASE: &str =
+    "[[curriculum.phases]]\nname = \"only\"\nsteps = 1000000\nomega_v = [-0.2, 3.5]\n";
+
+#[test]
+fn recipes_differ_from_nothing() {
+    for (name, _) in RECIPES {
+        let mut experiment = Experiment::recipe(name).unwrap();
+        // Depends on the machine.
+        experiment.learner.threads = 1;
+        let review = Review::of(name, &experiment).unwrap();
+        assert_eq!(review.base, None);
+        let warnings = review.warnings;
+        match name {
+            // The journal version asks for commands from 0 to 2.5 only.
+            "journal" => assert!(
+                warnings.len() == 1 && warnings[0].contains("command 3"),
+                "{warnings:?}"
+            ),
+            _ => assert_eq!(warnings, Vec::<String>::new(), "{name}"),
+        }
+    }
+}
+
+#[test]
+fn differences_are_those_from_the_base() {
+    let review = review("base = \"fast\"\n[body]\nfriction = 0.6\n");
+    assert_eq!(review.base.as_deref(), Some("fast"));
+    assert_eq!(review.differences, ["`body.friction` from 1.0 to 0.6"]);
+    let review = self::review(&format!("base = \"fast\"\n{PHASE}"));
+    assert_eq!(review.differences.len(), 1, "{:?}", review.differences);
+    assert!(review.differences[0].contains("1 of 1000000 steps"));
+    let changed = Experiment::recipe("fast").unwrap();
+    let changed = changed.with_values(&["seed=3".to_owned()]).unwrap();
+    let review = Review::of("fast", &changed).unwrap();
+    assert_eq!(review.differences, ["`seed` from 1 to 3"]);
+}
+
+// Phases of one's own kept the schedules of the recipe they replaced, whose shares were chosen for other phases.
+#[test]
+fn schedules_of_replaced_phases_are_warned_of() {
+    let text = format!("base = \"fast\"\n{PHASE}");
+    warned(&text, &["training.schedule.learning_rate", "the base's"]);
+    warned(&text, &["training.schedule.horizon", "the base's"]);
+    warned(
+        &text,
+        &["training.rehearsal.after_steps", "the base's 2750000"],
+    );
+    let own = format!(
+        "{text}[training.schedule]\nlearning_rate = []\nhorizon = []\n[training.rehearsal]\nafter_steps = 0\n"
+    );
+    assert_eq!(review(&own).warnings, Vec::<String>::new());
+}
+
+#[test]
+fn what_is_never_reached_is_warned_of() {
+    let phase = |steps: u64, range: &str| {
+        format!("[[curriculum.phases]]\nname = \"only\"\nsteps = {steps}\nomega_v = {range}\n")
+    };
+    warned(
+        &phase(5000, "[0, 3]"),
+        &["training.learning_starts", "nothing is learned"],
+    );
+    warned(
+        &phase(100_000, "[0, 3]"),
+        &["evaluation_interval_steps", "no controller"],
+    );
+    warned(&phase(1_000_000, "[0, 2]"), &["command 3", "running"]);
+    warned(&phase(1_000_000, "[1, 3]"), &["command 0", "walking"]);
+    let focus = format!(
+        "[curriculum.command]\nfocus_share = 0.5\nfocus = [5, 6]\n{}",
+        phase(1_000_000, "[0, 3]")
+    );
+    warned(&focus, &["\"only\"", "curriculum.command.focus"]);
+    warned(
+        "[body]\nleg_length_m = 1.0\n",
+        &["leg_length_m", "thigh_distance_m"],
+    );
+}

@@ -1,0 +1,292 @@
+//! `gaitshift compare`: controllers, runs and recordings beside each other.
+
+use crate::arguments::CompareArguments;
+use crate::evaluate::{self, Row};
+use crate::failure::Failure;
+use crate::motion::Subject;
+use crate::output;
+use crate::progress::{count, duration};
+use crate::spread::{self, Spread};
+use gaitshift_analysis::Recording;
+use gaitshift_experiment::{CommandProfile, Controller, Experiment};
+use gaitshift_figures::{LearningCurves, learning_curves_figure};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Something to compare.
+enum Item {
+    Controller(Box<Subject>),
+    Recording(Recording),
+}
+
+/// A row with the name of what it is of.
+#[derive(Serialize)]
+struct Named<'a, T> {
+    name: &'a str,
+    #[serde(flatten)]
+    row: &'a T,
+}
+
+/// The course of a run.
+#[derive(Serialize)]
+struct Run {
+    name: String,
+    experiment: String,
+    seed: u64,
+    evaluations: usize,
+    best_step: u64,
+    best_met: usize,
+    elapsed_s: f64,
+    #[serde(skip)]
+    course: Vec<(f64, f64)>,
+}
+
+#[derive(Serialize)]
+struct Comparison<'a> {
+    rows: Vec<Named<'a, Row>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    spread: Option<Vec<Named<'a, Spread>>>,
+    runs: &'a [Run],
+}
+
+/// Runs the command.
+pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
+    let a = arguments;
+    let mut items = Vec::new();
+    let mut runs = Vec::new();
+    for path in &a.items {
+        let name = name_of(path);
+        if path.join("config.toml").is_file() {
+            runs.push(Run::read(path, &name)?);
+        }
+        items.push((name, load(path, a)?));
+    }
+    let seeds: Vec<u64> = a.seed.iter().flat_map(|s| s.0.clone()).collect();
+    let measured: Vec<(String, Vec<Row>)> = items
+        .into_iter()
+        .map(|(name, item)| Ok((name, measure(item, a, &seeds)?)))
+        .collect::<Result<_, Failure>>()?;
+    let spreads: Option<Vec<Vec<Spread>>> =
+        (seeds.len() > 1).then(|| measured.iter().map(|(_, rows)| spread::of(rows)).collect());
+
+    let default_folder = (!a.json).then(|| PathBuf::from("out/compare"));
+    let mut files = Vec::new();
+    if let Some(folder) = a.out.clone().or(default_folder) {
+        output::create_folder(&folder)?;
+        let sweep: Vec<_> = measured
+            .iter()
+            .map(|(name, rows)| (name.as_str(), evaluate::points(rows)))
+            .collect();
+        files.extend(evaluate::write_sweep(&sweep, &folder)?);
+        files.extend(write_learning(&runs, &folder)?);
+    }
+    if a.json {
+        let rows = measured
+            .iter()
+            .flat_map(|(name, rows)| rows.iter().map(move |row| Named { name, row }))
+            .collect();
+        let spread = spreads.as_ref().map(|spreads| {
+            measured
+                .iter()
+                .zip(spreads)
+                .flat_map(|((name, _), rows)| rows.iter().map(move |row| Named { name, row }))
+                .collect()
+        });
+        return output::json(&Comparison {
+            rows,
+            spread,
+            runs: &runs,
+        });
+    }
+    match &spreads {
+        Some(spreads) => print_spreads(&measured, spreads)?,
+        None => print_rows(&measured)?,
+    }
+    if !runs.is_empty() {
+        output::line("")?;
+        for line in runs_table(&runs) {
+            output::line(&line)?;
+        }
+    }
+    output::written(&files)
+}
+
+/// An item by the name it was given, without what is the same in all of them.
+fn name_of(path: &Path) -> String {
+    path.display().to_string().trim_end_matches('/').to_owned()
+}
+
+fn load(path: &Path, a: &CompareArguments) -> Result<Item, Failure> {
+    if path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
+    {
+        let recording = Recording::read_csv(path).map_err(Failure::input)?;
+        return Ok(Item::Recording(recording));
+    }
+    let controller = if path.as_os_str() == "shipped" && !path.exists() {
+        Controller::shipped()
+    } else {
+        Controller::read(path)
+    };
+    let subject = Subject::new(
+        controller.map_err(Failure::input)?,
+        name_of(path),
+        &a.changes,
+    )?;
+    Ok(Item::Controller(Box::new(subject)))
+}
+
+fn measure(item: Item, a: &CompareArguments, seeds: &[u64]) -> Result<Vec<Row>, Failure> {
+    let mut subject = match item {
+        Item::Controller(subject) => subject,
+        Item::Recording(recording) => {
+            return Ok(vec![evaluate::describe(&recording, a.settling_s)]);
+        }
+    };
+    let starts: Vec<Option<u64>> = match seeds {
+        [] => vec![None],
+        seeds => seeds.iter().copied().map(Some).collect(),
+    };
+    let mut rows = Vec::new();
+    for &omega_v in a.omega_v.iter().flat_map(|commands| &commands.0) {
+        for &seed in &starts {
+            subject.start_at(seed);
+            let recording = subject.record(&CommandProfile::constant(omega_v), a.duration_s)?;
+            rows.push(Row {
+                seed: seed.filter(|_| starts.len() > 1),
+                ..evaluate::describe(&recording, a.settling_s)
+            });
+        }
+    }
+    Ok(rows)
+}
+
+/// Rows under the same command stand beside each other; those without a single command come last.
+fn in_order<'a, T>(
+    rows: impl Iterator<Item = (&'a str, &'a T)>,
+    of: fn(&T) -> Option<f64>,
+) -> Vec<(&'a str, &'a T)> {
+    let mut rows: Vec<_> = rows.collect();
+    let key = |row: &T| of(row).unwrap_or(f64::INFINITY);
+    rows.sort_by(|a, b| key(a.1).total_cmp(&key(b.1)));
+    rows
+}
+
+fn print_rows(measured: &[(String, Vec<Row>)]) -> Result<(), Failure> {
+    let all = measured
+        .iter()
+        .flat_map(|(name, rows)| rows.iter().map(move |row| (name.as_str(), row)));
+    let rows = in_order(all, |row: &Row| row.omega_v);
+    let cells = rows.iter().map(|(name, row)| {
+        let command = row
+            .omega_v
+            .map_or_else(|| "varying".to_owned(), |w| w.to_string());
+        (vec![command, (*name).to_owned()], &row.summary)
+    });
+    output::named_gait_table(&["ω_v", "name"], cells)
+        .iter()
+        .try_for_each(|line| output::line(line))
+}
+
+fn print_spreads(measured: &[(String, Vec<Row>)], spreads: &[Vec<Spread>]) -> Result<(), Failure> {
+    let all = measured
+        .iter()
+        .zip(spreads)
+        .flat_map(|((name, _), rows)| rows.iter().map(move |row| (name.as_str(), row)));
+    let rows = in_order(all, |row: &Spread| row.omega_v);
+    let cells = rows
+        .iter()
+        .map(|(name, row)| (vec![(*name).to_owned()], *row));
+    spread::table(&["name"], cells)
+        .iter()
+        .try_for_each(|line| output::line(line))
+}
+
+/// Of a line of `evaluations.jsonl` what the comparison needs.
+#[derive(Deserialize)]
+struct Evaluation {
+    step: u64,
+    elapsed_s: f64,
+    met: usize,
+}
+
+impl Run {
+    fn read(folder: &Path, name: &str) -> Result<Self, Failure> {
+        let config = folder.join("config.toml");
+        let experiment = Experiment::read(&config).map_err(Failure::input)?;
+        let path = folder.join("evaluations.jsonl");
+        // A run that has just begun has none.
+        let text = std::fs::read_to_string(&path).unwrap_or_default();
+        let evaluations: Vec<Evaluation> = text
+            .lines()
+            .enumerate()
+            .map(|(k, line)| {
+                serde_json::from_str(line)
+                    .map_err(|e| Failure::input(format!("{}: line {}: {e}", path.display(), k + 1)))
+            })
+            .collect::<Result<_, Failure>>()?;
+        let best = evaluations.iter().rev().max_by_key(|e| e.met);
+        Ok(Self {
+            name: name.to_owned(),
+            experiment: experiment.name,
+            seed: experiment.seed,
+            evaluations: evaluations.len(),
+            best_step: best.map_or(0, |e| e.step),
+            best_met: best.map_or(0, |e| e.met),
+            elapsed_s: evaluations.last().map_or(0.0, |e| e.elapsed_s),
+            course: evaluations
+                .iter()
+                .map(|e| (e.step as f64, e.met as f64))
+                .collect(),
+        })
+    }
+}
+
+fn runs_table(runs: &[Run]) -> Vec<String> {
+    let titles = [
+        "run",
+        "experiment",
+        "seed",
+        "most criteria",
+        "at step",
+        "trained",
+    ];
+    let mut cells = vec![titles.map(str::to_owned).to_vec()];
+    for run in runs {
+        let (met, at) = if run.evaluations > 0 {
+            (run.best_met.to_string(), count(run.best_step))
+        } else {
+            ("-".to_owned(), "-".to_owned())
+        };
+        cells.push(vec![
+            run.name.clone(),
+            run.experiment.clone(),
+            run.seed.to_string(),
+            met,
+            at,
+            duration(run.elapsed_s),
+        ]);
+    }
+    output::table(&cells, &[0, 1])
+}
+
+/// The criteria met over the course of training: runs of one experiment together.
+fn write_learning(runs: &[Run], folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let mut curves: Vec<LearningCurves> = Vec::new();
+    for run in runs.iter().filter(|run| !run.course.is_empty()) {
+        match curves.iter_mut().find(|c| c.label == run.experiment) {
+            Some(curves) => curves.runs.push(run.course.clone()),
+            None => curves.push(LearningCurves {
+                label: run.experiment.clone(),
+                runs: vec![run.course.clone()],
+            }),
+        }
+    }
+    if curves.is_empty() {
+        return Ok(Vec::new());
+    }
+    learning_curves_figure(&curves, "criteria met")
+        .and_then(|figure| figure.write(folder.join("learning")))
+        .map_err(output::figure_failure)
+}

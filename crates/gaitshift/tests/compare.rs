@@ -1,0 +1,114 @@
+//! `gaitshift compare`: one table with names, the same figures as each by itself, the course of runs, bad input.
+
+mod common;
+use common::Place;
+use serde_json::Value;
+
+const TINY: &str = r#"
+name = "tiny"
+base = "fast"
+[[curriculum.phases]]
+name = "only"
+steps = 4000
+omega_v = [-0.2, 3.5]
+[learner]
+actor_hidden = [8]
+critic_hidden = [8]
+batch_size = 32
+threads = 1
+[training]
+environments = 4
+steps_per_update = 8
+learning_starts = 1000
+evaluation_interval_steps = 2000
+checkpoint_interval_steps = 6000
+replay_capacity = 6000
+"#;
+
+fn rows(value: &Value) -> &Vec<Value> {
+    value["rows"].as_array().unwrap()
+}
+
+#[test]
+fn controllers_and_recordings_stand_in_one_table() {
+    let place = Place::new();
+    let motion = "--omega-v 0,3 --duration-s 3";
+    place.stdout(&format!("evaluate {motion} --out out"));
+    place.write(
+        "same.safetensors",
+        include_bytes!("../../gaitshift-experiment/controllers/biped.safetensors"),
+    );
+    let items = "shipped same.safetensors out/omega_v_3.csv";
+    let value = place.json(&format!("compare {items} {motion} --json"));
+    let names: Vec<&str> = rows(&value)
+        .iter()
+        .map(|row| row["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "shipped",
+            "shipped",
+            "same.safetensors",
+            "same.safetensors",
+            "out/omega_v_3.csv"
+        ]
+    );
+    // What each by itself is told.
+    let alone = place.json(&format!("evaluate {motion} --json"));
+    for (row, other) in [(0, 0), (1, 1), (2, 0), (3, 1), (4, 1)] {
+        let mut row = rows(&value)[row].clone();
+        row.as_object_mut().unwrap().remove("name");
+        assert_eq!(row, rows(&alone)[other]);
+    }
+    assert!(!place.path("out/compare").exists());
+    let text = place.stdout(&format!("compare {items} {motion}"));
+    for name in ["shipped", "same.safetensors", "out/omega_v_3.csv"] {
+        assert!(text.contains(name), "{text}");
+    }
+    let svg = String::from_utf8(place.read("out/compare/sweep.svg")).unwrap();
+    assert!(svg.contains(">shipped<") && svg.contains(">same.safetensors<"));
+}
+
+#[test]
+fn runs_are_compared_by_their_course_too() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    place.stdout("train tiny.toml --seeds 1-2");
+    let compare = "compare runs/tiny-1 runs/tiny-2/ shipped --omega-v 3 --duration-s 1";
+    let value = place.json(&format!("{compare} --json"));
+    let runs = value["runs"].as_array().unwrap();
+    assert_eq!(runs.len(), 2);
+    assert_eq!(
+        (&runs[1]["name"], &runs[1]["seed"]),
+        (&Value::from("runs/tiny-2"), &Value::from(2))
+    );
+    assert_eq!(runs[0]["evaluations"], 2);
+    let text = place.stdout(&format!("{compare} --out here --seed 1..2"));
+    assert!(
+        text.contains("runs/tiny-1") && text.contains("of 2"),
+        "{text}"
+    );
+    let svg = String::from_utf8(place.read("here/learning.svg")).unwrap();
+    assert!(
+        svg.contains("tiny, mean and range of 2 runs"),
+        "two seeds are one curve"
+    );
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused() {
+    let place = Place::new();
+    place.write("bad.csv", "time_s\n0\n");
+    place.refused("compare", &["FILE|DIR|shipped"]);
+    place.refused("compare shipped absent", &["absent"]);
+    place.refused("compare bad.csv", &["bad.csv"]);
+    place.refused(
+        "compare shipped --set frction=1",
+        &["did you mean `friction`?"],
+    );
+    std::fs::create_dir(place.path("run")).unwrap();
+    place.write("run/config.toml", "base = \"fast\"\n");
+    place.write("run/evaluations.jsonl", "{}\n");
+    place.refused("compare run", &["evaluations.jsonl", "line 1"]);
+}
