@@ -5,14 +5,12 @@ use crate::failure::Failure;
 use crate::output;
 use crate::progress::{count, duration};
 use crate::train;
-use gaitshift_experiment::{Experiment, Judgement, Observer, Progress, Review, Training};
+use gaitshift_experiment::{Experiment, Review, steps_per_second};
 use serde::Serialize;
-use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-/// How long the pace is measured, after learning has begun, and at most in all.
+/// How long the pace is measured.
 const MEASURED: Duration = Duration::from_secs(3);
-const MOST: Duration = Duration::from_secs(20);
 
 /// A phase as it will be.
 #[derive(Serialize)]
@@ -43,7 +41,9 @@ struct Report {
 pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
     let experiment = train::experiment(arguments)?;
     let review = Review::of(&arguments.experiment, &experiment).map_err(Failure::input)?;
-    let steps_per_s = pace(&experiment)?;
+    let pace = steps_per_second(&experiment, MEASURED).map_err(Failure::run)?;
+    // Of a run that is over before it can be measured nothing is known.
+    let steps_per_s = (pace > 0.0).then_some(pace);
     let report = Report {
         name: experiment.name.clone(),
         seed: experiment.seed,
@@ -161,66 +161,4 @@ fn changes(phase: &gaitshift_task::Phase) -> Vec<String> {
     other
         .map(|(key, value)| format!("{key}: {value}"))
         .collect()
-}
-
-/// Environment steps per second once it learns, measured on the experiment itself in a folder that is removed; `None` if
-/// learning begins too late to be seen.
-fn pace(experiment: &Experiment) -> Result<Option<f64>, Failure> {
-    let folder = Scratch::new();
-    let training = Training::new(experiment.clone(), &folder.0, "gaitshift train --check");
-    let mut watcher = Pace {
-        learning_starts: experiment.training.learning_starts,
-        begun: Instant::now(),
-        first: None,
-        last: None,
-    };
-    training
-        .map_err(Failure::input)?
-        .run(&mut watcher)
-        .map_err(Failure::run)?;
-    Ok(watcher.first.zip(watcher.last).and_then(|(first, last)| {
-        let seconds = last.0.duration_since(first.0).as_secs_f64();
-        (seconds > 0.0 && last.1 > first.1).then(|| (last.1 - first.1) as f64 / seconds)
-    }))
-}
-
-/// A folder of its own that goes with it.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new() -> Self {
-        let name = format!("gaitshift-check-{}", std::process::id());
-        Self(std::env::temp_dir().join(name))
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-struct Pace {
-    learning_starts: u64,
-    begun: Instant,
-    first: Option<(Instant, u64)>,
-    last: Option<(Instant, u64)>,
-}
-
-impl Observer for Pace {
-    fn progress(&mut self, p: &Progress) {
-        let now = (Instant::now(), p.step);
-        if p.step > self.learning_starts {
-            self.first.get_or_insert(now);
-            self.last = Some(now);
-        }
-    }
-
-    fn evaluated(&mut self, _: &Progress, _: &Judgement, _: bool) {}
-
-    fn note(&mut self, _: &str) {}
-
-    fn stop_requested(&self) -> bool {
-        self.first.is_some_and(|first| first.0.elapsed() > MEASURED) || self.begun.elapsed() > MOST
-    }
 }
