@@ -17,9 +17,11 @@ pub fn steps_per_second(experiment: &Experiment, duration: Duration) -> Result<f
     let environments = e.training.environments as u64;
     let first_update = (e.learner.batch_size as u64).max(4 * environments);
     e.training.learning_starts = e.training.learning_starts.min(first_update);
-    e.training.evaluation_interval_steps = u64::MAX;
-    e.training.checkpoint_interval_steps = u64::MAX;
-    e.training.metrics_interval_steps = u64::MAX;
+    // The longest that is accepted: none of them is reached.
+    const NEVER: u64 = 1_000_000_000_000_000;
+    e.training.evaluation_interval_steps = NEVER;
+    e.training.checkpoint_interval_steps = NEVER;
+    e.training.metrics_interval_steps = NEVER;
     let scratch = tempfile::tempdir()
         .map_err(|error| TrainingError::other(&std::env::temp_dir(), error.to_string()))?;
     let mut training = Training::new(e, &scratch.path().join("run"), "")?;
