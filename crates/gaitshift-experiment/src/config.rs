@@ -313,7 +313,7 @@ impl Experiment {
     }
 
     /// The experiment with single values replaced, each `KEY=VALUE` with the path of a key, e.g.
-    /// `body.friction=0.6`; see [`assignment`].
+    /// `body.friction=0.6`.
     ///
     /// # Errors
     /// No `=`, an unknown key, a wrong type, a value out of range.
