@@ -14,8 +14,12 @@ use std::path::{Path, PathBuf};
 pub enum Symmetry {
     /// Not at all.
     None,
-    /// As the paper writes it: the reward term (7), from the policy's own output.
+    /// The reward term (7) with the policy's mean actions: a property of the policy in that state, which no single
+    /// action changes.
     Reward,
+    /// The reward term (7) with the action taken as `π(s_t)`, against the mirrored policy's mean: the critics see what
+    /// an action costs that leaves the mirror image.
+    Action,
     /// The square in (7) added to the actor's loss, weighted by `ω_s`.
     Loss,
     /// Half of every batch is replaced by its mirror image.

@@ -103,7 +103,7 @@ pub fn task_mirror() -> Mirror {
 fn learner_config(experiment: &Experiment) -> SacConfig {
     let mut config = experiment.learner.clone();
     match experiment.training.symmetry {
-        Symmetry::None | Symmetry::Reward => {}
+        Symmetry::None | Symmetry::Reward | Symmetry::Action => {}
         Symmetry::Loss => config.mirror_loss_weight = experiment.task.reward.omega_s,
         Symmetry::Replay => config.mirrored_fraction = 0.5,
     }

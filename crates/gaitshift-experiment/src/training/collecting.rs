@@ -18,7 +18,8 @@ pub struct Buffers {
     next_observations: Vec<f32>,
     mirrored: Vec<f32>,
     actions: Vec<f32>,
-    means: Vec<f32>,
+    /// `π(s_t)` of (7).
+    own: Vec<f32>,
     mirrored_means: Vec<f32>,
     log_probs: Vec<f32>,
     rewards: Vec<f32>,
@@ -41,7 +42,7 @@ impl Buffers {
             next_observations: observations.clone(),
             mirrored: observations.clone(),
             observations,
-            means: actions.clone(),
+            own: actions.clone(),
             mirrored_means: actions.clone(),
             actions,
             log_probs: vec![0.0; count],
@@ -77,16 +78,19 @@ impl Training {
         self.agent
             .act(&b.observations, &mut b.actions, &mut b.log_probs)?;
         let reward = &settings.reward;
-        let asks_symmetry =
-            self.experiment.training.symmetry == Symmetry::Reward && reward.omega_s > 0.0;
-        if asks_symmetry {
+        let symmetry = self.experiment.training.symmetry;
+        let in_reward = matches!(symmetry, Symmetry::Reward | Symmetry::Action);
+        if in_reward && reward.omega_s > 0.0 {
             for i in 0..count {
                 let row = row(i, OBSERVATION_SIZE);
                 let to = &mut b.mirrored[row.clone()];
                 reflect(&self.mirror.observation, &b.observations[row], to);
             }
-            self.agent
-                .act_deterministic(&b.observations, &mut b.means)?;
+            if symmetry == Symmetry::Action {
+                b.own.copy_from_slice(&b.actions);
+            } else {
+                self.agent.act_deterministic(&b.observations, &mut b.own)?;
+            }
             self.agent
                 .act_deterministic(&b.mirrored, &mut b.mirrored_means)?;
             for i in 0..count {
@@ -97,7 +101,7 @@ impl Training {
                     &b.mirrored_means[row.clone()],
                     &mut back,
                 );
-                b.symmetry[i] = reward.symmetry_term(&b.means[row], &back);
+                b.symmetry[i] = reward.symmetry_term(&b.own[row], &back);
             }
         } else {
             b.symmetry.fill(0.0);
