@@ -6,6 +6,7 @@ mod config;
 mod controller;
 mod durable;
 mod edits;
+mod evaluations;
 mod pace;
 mod profile;
 mod provenance;
@@ -26,6 +27,7 @@ pub use config::{
     load_body_overrides, set_body_and_task,
 };
 pub use controller::{Controller, ControllerError, Deterministic};
+pub use evaluations::{EvaluatedChange, EvaluatedCriterion, EvaluatedMotion, Evaluation};
 pub use pace::steps_per_second;
 pub use profile::{CommandProfile, ProfileError};
 pub use provenance::{Provenance, portable_command, portable_path, quoted};

@@ -63,8 +63,10 @@ const BEST: [&str; 3] = [
 ];
 /// TensorBoard's events, the only log that is no text.
 const EVENTS: &str = "events.out.tfevents.gaitshift";
+/// One evaluation a line.
+pub(crate) const EVALUATIONS: &str = "evaluations.jsonl";
 /// What a run appends to.
-const LOGS: [&str; 4] = ["metrics.csv", "episodes.csv", "evaluations.jsonl", EVENTS];
+const LOGS: [&str; 4] = ["metrics.csv", "episodes.csv", EVALUATIONS, EVENTS];
 
 /// The length of each log at a checkpoint, in bytes.
 pub(crate) type LogLengths = BTreeMap<String, u64>;

@@ -1,10 +1,10 @@
 //! The folder of a training run, read while it is written: learning curve, evaluations, their controllers.
 
 use crate::actor::Cast;
+use gaitshift_analysis::GaitClass;
 use gaitshift_body::Body;
-use gaitshift_experiment::Controller;
+use gaitshift_experiment::{Controller, Criteria, Evaluation};
 use serde::Serialize;
-use serde_json::Value;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ struct Known {
     episodes: Tail,
     curve: Curve,
     evaluations_file: Tail,
-    evaluations: Vec<Evaluation>,
+    evaluations: Vec<ShownEvaluation>,
 }
 
 /// A text file that grows at its end.
@@ -55,8 +55,9 @@ struct Point {
     total_reward: f64,
 }
 
+/// What the page shows of an evaluation.
 #[derive(Debug, Clone, Serialize)]
-struct Evaluation {
+struct ShownEvaluation {
     step: u64,
     met: usize,
     criteria: usize,
@@ -73,7 +74,7 @@ struct Answer<'a> {
     folder: String,
     /// Step, mean command and mean return of some episodes each.
     curve: Vec<(f64, f64, f64)>,
-    evaluations: &'a [Evaluation],
+    evaluations: &'a [ShownEvaluation],
     finished: bool,
 }
 
@@ -193,8 +194,8 @@ impl RunView {
             known.evaluations.clear();
         }
         for line in &lines {
-            if let Some(evaluation) = read_evaluation(line) {
-                known.evaluations.push(evaluation);
+            if let Ok(evaluation) = Evaluation::parse(line) {
+                known.evaluations.push(ShownEvaluation::of(evaluation));
             }
         }
         let too_many = known.evaluations.len().saturating_sub(MOST_EVALUATIONS);
@@ -217,29 +218,28 @@ impl RunView {
     }
 }
 
-/// What the page shows of a line of `evaluations.jsonl`.
-fn read_evaluation(line: &str) -> Option<Evaluation> {
-    let value: Value = serde_json::from_str(line).ok()?;
-    let checks = value.get("checks")?.as_array()?;
-    let met = |check: &&Value| check.get("met").and_then(Value::as_bool) == Some(true);
-    let gait_at = |omega_v: f64, wanted: &str| {
-        let rows = value.get("rows")?.as_array()?;
-        let at = |row: &&Value| row.get("omega_v").and_then(Value::as_f64) == Some(omega_v);
-        Some(rows.iter().find(at)?.get("gait")?.as_str()? == wanted)
-    };
-    Some(Evaluation {
-        step: value.get("step")?.as_u64()?,
-        met: checks.iter().filter(met).count(),
-        criteria: checks.len(),
-        walking: gait_at(0.0, "walking"),
-        running: gait_at(3.0, "running"),
-        unmet: checks
-            .iter()
-            .filter(|check| !met(check))
-            .filter_map(|check| Some(check.get("name")?.as_str()?.to_owned()))
-            .collect(),
-        controller: false,
-    })
+impl ShownEvaluation {
+    fn of(evaluation: Evaluation) -> Self {
+        let criteria = Criteria::default();
+        let is = |omega_v: f64, gait: GaitClass| {
+            let motion = evaluation.motion(omega_v)?;
+            Some(motion.gait == gait)
+        };
+        let checks = &evaluation.checks;
+        Self {
+            step: evaluation.step,
+            met: checks.iter().filter(|check| check.met).count(),
+            criteria: checks.len(),
+            walking: is(criteria.walking_omega_v, GaitClass::Walking),
+            running: is(criteria.running_omega_v, GaitClass::Running),
+            unmet: checks
+                .iter()
+                .filter(|check| !check.met)
+                .map(|check| check.name.clone())
+                .collect(),
+            controller: false,
+        }
+    }
 }
 
 /// The widest range of the command in a run's curriculum, or that of the recipes.

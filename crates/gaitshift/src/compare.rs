@@ -8,9 +8,9 @@ use crate::output;
 use crate::progress::{count, duration};
 use crate::spread::{self, Spread};
 use gaitshift_analysis::Recording;
-use gaitshift_experiment::{CommandProfile, Controller, Experiment};
+use gaitshift_experiment::{CommandProfile, Controller, Evaluation, Experiment};
 use gaitshift_figures::{LearningCurves, learning_curves_figure};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Something to compare.
@@ -203,29 +203,11 @@ fn print_spreads(measured: &[(String, Vec<Row>)], spreads: &[Vec<Spread>]) -> Re
         .try_for_each(|line| output::line(line))
 }
 
-/// Of a line of `evaluations.jsonl` what the comparison needs.
-#[derive(Deserialize)]
-struct Evaluation {
-    step: u64,
-    elapsed_s: f64,
-    met: usize,
-}
-
 impl Run {
     fn read(folder: &Path, name: &str) -> Result<Self, Failure> {
         let config = folder.join("config.toml");
         let experiment = Experiment::read(&config).map_err(Failure::input)?;
-        let path = folder.join("evaluations.jsonl");
-        // A run that has just begun has none.
-        let text = std::fs::read_to_string(&path).unwrap_or_default();
-        let evaluations: Vec<Evaluation> = text
-            .lines()
-            .enumerate()
-            .map(|(k, line)| {
-                serde_json::from_str(line)
-                    .map_err(|e| Failure::input(format!("{}: line {}: {e}", path.display(), k + 1)))
-            })
-            .collect::<Result<_, Failure>>()?;
+        let evaluations = Evaluation::read_all(folder).map_err(Failure::input)?;
         let best = evaluations.iter().rev().max_by_key(|e| e.met);
         Ok(Self {
             name: name.to_owned(),

@@ -1,9 +1,12 @@
 //! What the trials of a sweep reached, trial by trial and variant by variant.
 
 use super::Sweep;
+use crate::acceptance::Criteria;
+use crate::evaluations::{EvaluatedChange, EvaluatedMotion, Evaluation};
 use crate::run_folder::TrainingError;
+use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::statistics::{bootstrap_interval, interquartile_mean, mean};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -108,63 +111,37 @@ pub struct EvaluationSummary {
     pub all: bool,
 }
 
-/// A line of `evaluations.jsonl`, as far as it is needed here.
-#[derive(Deserialize)]
-struct Evaluation {
-    step: u64,
-    elapsed_s: f64,
-    met: usize,
-    score: f64,
-    rows: Vec<MotionLine>,
-    to_running: Vec<ChangeLine>,
-    to_walking: Vec<ChangeLine>,
-}
-
-#[derive(Deserialize)]
-struct MotionLine {
-    omega_v: f64,
-    gait: String,
-    fell: bool,
-    froude: Option<f64>,
-}
-
-#[derive(Deserialize)]
-struct ChangeLine {
-    survived: bool,
-    gait_before: Option<String>,
-    gait_after: String,
-}
-
-/// The command at which a run is asked for.
-const RUNNING_COMMAND: f64 = 3.0;
-
-impl Evaluation {
-    fn summary(&self) -> EvaluationSummary {
-        let changed = |list: &[ChangeLine], from: &str, to: &str| {
-            let holds = |t: &&ChangeLine| {
-                t.survived && t.gait_before.as_deref() == Some(from) && t.gait_after == to
+impl EvaluationSummary {
+    fn of(e: &Evaluation) -> Self {
+        let changed = |list: &[EvaluatedChange], from: GaitClass, to: GaitClass| {
+            let holds = |t: &&EvaluatedChange| {
+                t.survived && t.gait_before == Some(from) && t.gait_after == to
             };
             list.iter().filter(holds).count()
         };
-        let to_running = changed(&self.to_running, "walking", "running");
-        let to_walking = changed(&self.to_walking, "running", "walking");
-        let slow = self.rows.first();
-        let fast = self.rows.iter().find(|r| r.omega_v == RUNNING_COMMAND);
-        let gait = |r: Option<&MotionLine>| r.map_or(String::new(), |r| r.gait.clone());
-        let (slow_gait, fast_gait) = (gait(slow), gait(fast));
+        let to_running = changed(&e.to_running, GaitClass::Walking, GaitClass::Running);
+        let to_walking = changed(&e.to_walking, GaitClass::Running, GaitClass::Walking);
+        let slow = e.rows.first();
+        let fast = e.motion(Criteria::default().running_omega_v);
         let enough = |met: usize, of: usize| of > 0 && met as f64 >= CHANGES_WANTED * of as f64;
         let changes =
-            enough(to_running, self.to_running.len()) && enough(to_walking, self.to_walking.len());
-        EvaluationSummary {
-            step: self.step,
-            met: self.met,
-            all: slow_gait == "walking" && fast_gait == "running" && changes,
+            enough(to_running, e.to_running.len()) && enough(to_walking, e.to_walking.len());
+        let is = |motion: Option<&EvaluatedMotion>, gait: GaitClass| {
+            motion.is_some_and(|motion| motion.gait == gait)
+        };
+        let gait = |motion: Option<&EvaluatedMotion>| {
+            motion.map_or(String::new(), |motion| motion.gait.to_string())
+        };
+        Self {
+            step: e.step,
+            met: e.met,
+            all: is(slow, GaitClass::Walking) && is(fast, GaitClass::Running) && changes,
             changes,
-            slow_gait,
+            slow_gait: gait(slow),
             slow_froude: slow.and_then(|r| r.froude),
-            fast_gait,
+            fast_gait: gait(fast),
             fast_froude: fast.and_then(|r| r.froude),
-            upright: self.rows.iter().filter(|r| !r.fell).count(),
+            upright: e.rows.iter().filter(|r| !r.fell).count(),
             to_running,
             to_walking,
         }
@@ -176,18 +153,8 @@ impl SweepTable {
         let mut trials = Vec::new();
         for trial in &sweep.trials {
             let at = folder.join(&trial.folder);
-            let file = at.join("evaluations.jsonl");
-            let Ok(text) = std::fs::read_to_string(&file) else {
-                continue;
-            };
-            let evaluations = text
-                .lines()
-                .map(serde_json::from_str)
-                .collect::<Result<Vec<Evaluation>, _>>()
-                .map_err(|e| TrainingError::other(&file, format!("is damaged: {e}")))?;
-            let best = evaluations
-                .iter()
-                .reduce(|best, e| if e.score > best.score { e } else { best });
+            let evaluations = Evaluation::read_all(&at)?;
+            let best = Evaluation::best(&evaluations);
             let (Some(best), Some(last)) = (best, evaluations.last()) else {
                 continue;
             };
@@ -199,8 +166,8 @@ impl SweepTable {
                 finished: trial.is_finished(&at)?,
                 elapsed_s: last.elapsed_s,
                 evaluations: evaluations.len(),
-                best: best.summary(),
-                last: last.summary(),
+                best: EvaluationSummary::of(best),
+                last: EvaluationSummary::of(last),
                 late_met: mean(&late).unwrap_or_default(),
             });
         }

@@ -19,7 +19,9 @@ def run(program, tmp_path):
     judged = subprocess.run([program, "evaluate", "--criteria", "--json"], capture_output=True, check=True).stdout
     (folder / "controllers").mkdir(exist_ok=True)
     shutil.copy(SHIPPED, folder / "controllers" / "step-0000250000.safetensors")
-    evaluation = {**json.loads(judged), "step": 250_000}
+    judgement = json.loads(judged)
+    met = sum(check["met"] for check in judgement["checks"])
+    evaluation = {**judgement, "step": 250_000, "elapsed_s": 60.0, "met": met, "score": float(met)}
     (folder / "evaluations.jsonl").write_text(json.dumps(evaluation) + "\n")
     return folder
 

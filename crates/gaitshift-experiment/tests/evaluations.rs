@@ -1,0 +1,48 @@
+//! Contract: the evaluations of a run can be read while it goes on, also by who knows less of them than was written; a
+//! damaged line is named.
+
+use gaitshift_experiment::Evaluation;
+
+const LINE: &str = r#"{"step":800,"elapsed_s":1.5,"met":2,"score":3.25,"accepted":false,"rows":[{"omega_v":0.0,
+"gait":"walking","fell":false,"froude":0.2,"new":1}],"to_running":[{"survived":true,"gait_before":"walking",
+"gait_after":"running"}],"to_walking":[],"checks":[{"name":"walks at 0","met":true}]}"#;
+
+fn read(content: &str) -> Result<Vec<Evaluation>, String> {
+    let run = tempfile::tempdir().unwrap();
+    std::fs::write(run.path().join("evaluations.jsonl"), content).unwrap();
+    Evaluation::read_all(run.path()).map_err(|e| e.to_string())
+}
+
+fn line(score: f64) -> String {
+    LINE.replace('\n', "").replace("3.25", &score.to_string()) + "\n"
+}
+
+/// A sweep's table failed with "is damaged" when a trial was just writing an evaluation.
+#[test]
+fn a_line_that_is_being_written_is_left_out() {
+    let half = &line(2.0)[..100];
+    let read = read(&format!("{}{half}", line(1.0))).unwrap();
+    assert_eq!(read.iter().map(|e| e.score).collect::<Vec<_>>(), [1.0]);
+}
+
+#[test]
+fn a_damaged_line_is_named() {
+    let error = read(&format!("{}{{}}\n", line(1.0))).unwrap_err();
+    assert!(
+        error.contains("evaluations.jsonl") && error.contains("line 2"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_best_is_the_first_with_the_highest_score_and_a_new_run_has_none() {
+    let mut evaluations = read(&(line(1.0) + &line(3.5) + &line(3.5) + &line(2.0))).unwrap();
+    for (step, evaluation) in evaluations.iter_mut().enumerate() {
+        evaluation.step = step as u64;
+    }
+    assert_eq!(Evaluation::best(&evaluations).unwrap().step, 1);
+    assert_eq!(evaluations[0].motion(0.0).unwrap().froude, Some(0.2));
+    assert!(evaluations[0].motion(3.0).is_none());
+    let empty = tempfile::tempdir().unwrap();
+    assert_eq!(Evaluation::read_all(empty.path()).unwrap(), []);
+}
