@@ -1,0 +1,72 @@
+//! Contract: `f_sym` (7) enters the stored reward either with the policy's mean actions or with the action that was taken,
+//! against the mirrored policy's mean, weighted by `ω_s`; the rest of the reward is the same.
+
+mod common;
+use common::{Until, file, unevaluated};
+use gaitshift_experiment::{Symmetry, Training};
+use gaitshift_sac::Agent;
+use gaitshift_task::{
+    ACTION_MIRROR, ACTION_SIZE, OBSERVATION_MIRROR, OBSERVATION_SIZE, RewardParameters,
+};
+
+#[test]
+fn the_symmetry_term_of_means_and_of_actions_taken() {
+    let root = tempfile::tempdir().unwrap();
+    let run = |symmetry: Symmetry, name: &str| {
+        let mut experiment = unevaluated();
+        experiment.task.reward = RewardParameters::default();
+        experiment.training.symmetry = symmetry;
+        // Nothing is learned, so that every transition belongs to the policy of the checkpoint.
+        experiment.training.learning_starts = 3000;
+        let folder = root.path().join(name);
+        Training::new(experiment, &folder, "test")
+            .unwrap()
+            .run(&mut Until::step(1000))
+            .unwrap();
+        let bytes = file(&folder, "checkpoint/replay.safetensors");
+        let replay = safetensors::SafeTensors::deserialize(&bytes).unwrap();
+        let floats = |name: &str| -> Vec<f32> {
+            let data = replay.tensor(name).unwrap().data();
+            data.chunks_exact(4)
+                .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
+                .collect()
+        };
+        let rows = [floats("observations"), floats("actions"), floats("rewards")];
+        let agent = Agent::load(&folder.join("checkpoint/agent.safetensors")).unwrap();
+        (rows, agent)
+    };
+    let ([observations, actions, plain], mut agent) = run(Symmetry::None, "none");
+    let ([same, _, of_means], _) = run(Symmetry::Reward, "means");
+    let ([_, same_actions, of_actions], _) = run(Symmetry::Action, "actions");
+    assert!(observations == same && actions == same_actions);
+
+    let omega_s = RewardParameters::default().omega_s as f32;
+    let square =
+        |a: &[f32], b: &[f32]| -> f32 { a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum() };
+    let mut largest: f32 = 0.0;
+    for (i, o) in observations
+        .chunks_exact(OBSERVATION_SIZE)
+        .enumerate()
+        .take(900)
+    {
+        let mirrored: [f32; OBSERVATION_SIZE] = std::array::from_fn(|k| o[OBSERVATION_MIRROR[k]]);
+        let mut mean = [0.0; ACTION_SIZE];
+        let mut mirrored_mean = [0.0; ACTION_SIZE];
+        agent.act_deterministic(o, &mut mean).unwrap();
+        agent
+            .act_deterministic(&mirrored, &mut mirrored_mean)
+            .unwrap();
+        let back = ACTION_MIRROR.map(|k| mirrored_mean[k]);
+        let taken = &actions[i * ACTION_SIZE..(i + 1) * ACTION_SIZE];
+        for (reward, own) in [(&of_means, &mean[..]), (&of_actions, taken)] {
+            let term = -omega_s * square(own, &back);
+            let difference = reward[i] - plain[i];
+            assert!(
+                (difference - term).abs() < 1e-5 * plain[i].abs().max(1.0),
+                "transition {i}: {difference} instead of {term}"
+            );
+            largest = largest.max(term.abs());
+        }
+    }
+    assert!(largest > 0.1, "{largest}");
+}
