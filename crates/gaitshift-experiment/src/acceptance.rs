@@ -80,7 +80,7 @@ pub struct Check {
 
 /// A steady motion under one command.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
+pub struct SteadyMotion {
     /// The command.
     pub omega_v: f64,
     /// The motion.
@@ -92,7 +92,7 @@ pub struct Row {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judgement {
     /// Steady motions, one per command.
-    pub rows: Vec<Row>,
+    pub rows: Vec<SteadyMotion>,
     /// Changes from walking to running, one per phase of the stride.
     pub to_running: Vec<TransitionSummary>,
     /// Changes from running to walking.
@@ -256,7 +256,7 @@ pub fn judge(
     for &omega_v in &c.omega_v {
         let recording = run(&CommandProfile::constant(omega_v), c.duration_s)?;
         let summary = summarise(&recording, &AnalysisOptions::default());
-        rows.push(Row { omega_v, summary });
+        rows.push(SteadyMotion { omega_v, summary });
     }
     let mut judgement = Judgement {
         rows,

@@ -21,7 +21,7 @@ mod sweep;
 mod tensorboard;
 mod training;
 
-pub use acceptance::{Check, Criteria, Judgement, Row, judge};
+pub use acceptance::{Check, Criteria, Judgement, SteadyMotion, judge};
 pub use config::{
     ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, WarmStart, did_you_mean,
     load_body_overrides, set_body_and_task,

@@ -35,8 +35,6 @@ pub struct UpdateStats {
     pub critic_loss: [f64; 2],
     /// Mean of both critics over the batch.
     pub mean_q: f64,
-    /// Mean of the targets y.
-    pub mean_target: f64,
     /// mean (α c ln π − min Q), of the last update in which the actor learned, as all below.
     pub actor_loss: f64,
     /// mean |μ(s) − Ψa(μ(Ψo(s)))|², unweighted; 0 when no mirror loss is asked for.

@@ -21,7 +21,6 @@ pub const CHUNK: usize = 64;
 pub(crate) struct Examples<T> {
     pub batch: Batch<T>,
     pub targets: Vec<T>,
-    pub sums: Sums,
 }
 
 impl<T: Scalar> Examples<T> {
@@ -29,7 +28,6 @@ impl<T: Scalar> Examples<T> {
         Self {
             batch: Batch::zeros(rows, observation_size, action_size),
             targets: vec![T::ZERO; rows],
-            sums: Sums::default(),
         }
     }
 }
@@ -71,7 +69,6 @@ impl<T: Scalar> Part<T> {
 pub(crate) struct Sums {
     pub critic_loss: [f64; 2],
     pub q: f64,
-    pub target: f64,
     pub actor_loss: f64,
     pub mirror_loss: f64,
     pub rehearsal_loss: f64,
@@ -86,7 +83,6 @@ impl Sums {
             total.critic_loss[0] += sums.critic_loss[0];
             total.critic_loss[1] += sums.critic_loss[1];
             total.q += sums.q;
-            total.target += sums.target;
             total.actor_loss += sums.actor_loss;
             total.mirror_loss += sums.mirror_loss;
             total.rehearsal_loss += sums.rehearsal_loss;
@@ -200,7 +196,6 @@ impl<T: Scalar> Scratch<T> {
         for (target, activations) in targets.iter().zip(&mut self.critics) {
             target.forward(rows, &self.critic_input, width, activations);
         }
-        let mut sums = Sums::default();
         for row in 0..rows {
             let value = smaller(self.critics[0].out[row], self.critics[1].out[row])
                 - alpha * batch.next_entropy_scales[row] * self.log_probs[row];
@@ -212,9 +207,7 @@ impl<T: Scalar> Scratch<T> {
                 discount * value
             };
             examples.targets[row] = batch.rewards[row] + future;
-            sums.target += examples.targets[row].to_f64();
         }
-        examples.sums = sums;
     }
 
     /// Loss (Q − y)² / 2 of one critic, gradient.

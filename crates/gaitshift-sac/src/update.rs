@@ -102,16 +102,10 @@ impl<T: Scalar> Learner<T> {
                 scratch.critic_pass(index, &critics[index], per_row, examples, part);
             }),
         );
-        let sums = Sums::total(
-            self.examples
-                .iter()
-                .map(|examples| &examples.sums)
-                .chain(self.critic_parts.iter().map(|part| &part.sums)),
-        );
+        let sums = Sums::total(self.critic_parts.iter().map(|part| &part.sums));
         let per_row = 1.0 / rows as f64;
         self.stats.critic_loss = sums.critic_loss.map(|loss| loss * per_row);
         self.stats.mean_q = 0.5 * sums.q * per_row;
-        self.stats.mean_target = sums.target * per_row;
     }
 
     /// One step of Adam for each critic; in the same pass over memory its target follows by the share τ.

@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::path::Path;
 
 #[derive(Serialize)]
-struct Row {
+struct Motion {
     recording: String,
     controller: String,
     omega_v: Option<f64>,
@@ -20,8 +20,8 @@ struct Row {
 }
 
 #[derive(Serialize)]
-struct Rows {
-    rows: Vec<Row>,
+struct Motions {
+    rows: Vec<Motion>,
 }
 
 #[derive(Serialize)]
@@ -59,11 +59,11 @@ pub fn run(arguments: &AnalyseArguments) -> Result<(), Failure> {
 }
 
 fn rows(recordings: &[(&Path, Recording)], arguments: &AnalyseArguments) -> Result<(), Failure> {
-    let rows: Vec<Row> = recordings
+    let rows: Vec<Motion> = recordings
         .iter()
         .map(|(path, recording)| {
             let row = describe(recording, arguments.settling_s);
-            Row {
+            Motion {
                 recording: path.display().to_string(),
                 controller: recording.metadata.controller.clone(),
                 omega_v: row.omega_v,
@@ -72,7 +72,7 @@ fn rows(recordings: &[(&Path, Recording)], arguments: &AnalyseArguments) -> Resu
         })
         .collect();
     if arguments.json {
-        return output::json(&Rows { rows });
+        return output::json(&Motions { rows });
     }
     print_gaits(
         rows.iter().map(|row| (row.omega_v, &row.summary)),
