@@ -260,7 +260,7 @@ impl Experiment {
         let experiment = match (is_recipe, own.base.as_deref().unwrap_or("paper")) {
             (true, _) => own,
             (false, base) => {
-                let mut whole = Self::base(base, origin, within)?.table(origin)?;
+                let mut whole = Self::base(base, "base", origin, within)?.table(origin)?;
                 let over = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;
                 overlay(&mut whole, over);
                 whole
@@ -275,9 +275,14 @@ impl Experiment {
         })
     }
 
-    /// What the key `base` of the file `origin` names.
-    fn base(name: &str, origin: &str, within: &mut Vec<PathBuf>) -> Result<Self, ConfigError> {
-        let key = format!("{origin}: key `base`");
+    /// What `key` of the file `origin` names: a recipe, or a file from that file's folder.
+    pub(crate) fn base(
+        name: &str,
+        key: &str,
+        origin: &str,
+        within: &mut Vec<PathBuf>,
+    ) -> Result<Self, ConfigError> {
+        let key = format!("{origin}: key `{key}`");
         if !name.contains(['/', '\\', '.']) {
             let remedy = format!("; a file is named by a path, such as ./{name}.toml");
             return Self::named(name, &key, remedy);
@@ -312,7 +317,7 @@ impl Experiment {
         }
         let own: Self = toml::from_str(text).map_err(|e| parse_error(origin, &e.to_string()))?;
         let name = own.base.unwrap_or_else(|| "paper".to_owned());
-        let base = Self::base(&name, origin, &mut Vec::new())?;
+        let base = Self::base(&name, "base", origin, &mut Vec::new())?;
         Ok(Some((name, base)))
     }
 
@@ -323,15 +328,26 @@ impl Experiment {
     /// No `=`, an unknown key, a wrong type, a value out of range.
     pub fn with_values(&self, assignments: &[String]) -> Result<Self, ConfigError> {
         assignments.iter().try_fold(self.clone(), |whole, text| {
-            let origin = format!("`{text}`");
-            let mut table = whole.table(&origin)?;
-            overlay(&mut table, assignment(text, &[])?);
-            let experiment: Self = table
-                .try_into()
-                .map_err(|e: toml::de::Error| parse_error(&origin, &e.to_string()))?;
-            experiment.validate(&origin)?;
-            Ok(experiment)
+            whole.with_table(assignment(text, &[])?, &format!("`{text}`"))
         })
+    }
+
+    /// The experiment with the values of a table in the place of its own; `origin` names the table in errors.
+    ///
+    /// # Errors
+    /// An unknown key, a wrong type, a value out of range.
+    pub(crate) fn with_table(
+        &self,
+        values: toml::Table,
+        origin: &str,
+    ) -> Result<Self, ConfigError> {
+        let mut table = self.table(origin)?;
+        overlay(&mut table, values);
+        let experiment: Self = table
+            .try_into()
+            .map_err(|e: toml::de::Error| parse_error(origin, &e.to_string()))?;
+        experiment.validate(origin)?;
+        Ok(experiment)
     }
 
     /// Checks every value.
@@ -538,13 +554,20 @@ fn assignment(text: &str, tables: &[&str]) -> Result<toml::Table, ConfigError> {
     {
         path.insert(0, first);
     }
-    let nested = path.iter().rev().fold(value, |inner, name| {
-        toml::Value::Table(toml::Table::from_iter([((*name).to_owned(), inner)]))
-    });
-    match nested {
-        toml::Value::Table(table) => Ok(table),
-        _ => Ok(toml::Table::new()),
-    }
+    Ok(nested(&path, value))
+}
+
+/// A table that holds one value, under the path of a key.
+pub(crate) fn nested(path: &[&str], value: toml::Value) -> toml::Table {
+    let (Some(name), rest) = (path.first(), path.get(1..).unwrap_or_default()) else {
+        return toml::Table::new();
+    };
+    let inner = if rest.is_empty() {
+        value
+    } else {
+        toml::Value::Table(nested(rest, value))
+    };
+    toml::Table::from_iter([((*name).to_owned(), inner)])
 }
 
 /// What a parser says, with the key that was probably meant.

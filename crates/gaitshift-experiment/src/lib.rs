@@ -38,7 +38,8 @@ pub use run_folder::TrainingError;
 pub use schedule::{Course, Schedule};
 pub use simulation::{Simulation, recording_row};
 pub use sweep::{
-    Sweep, SweepReport, SweepTable, Trial, TrialSummary, Variant, VariantSummary, folder_name,
+    Estimate, EvaluationSummary, Sweep, SweepReport, SweepTable, Trial, TrialSummary, Variant,
+    VariantSummary, folder_name, sweep_command,
 };
 pub use tensorboard::EventWriter;
 pub use training::{Observer, Parts, Progress, RunReport, Training, task_mirror};

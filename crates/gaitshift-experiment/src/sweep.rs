@@ -1,14 +1,17 @@
 //! Many training runs from one file: an experiment, what varies, the seeds.
 //!
-//! A **trial** is one variant with one seed: an ordinary run in its own folder, `VARIANT/seed-N` below the sweep's.
+//! What varies is a list of variants, the values of some keys in every combination, or settings drawn at random. A
+//! **trial** is one variant with one seed: an ordinary run in its own folder, `VARIANT/seed-N` below the sweep's.
 //! Trials know nothing of each other, so a sweep can be stopped at any point and gone on with; finished trials
 //! are not run again.
 
 mod table;
+mod vary;
 
-pub use table::{SweepTable, TrialSummary, VariantSummary};
+pub use table::{Estimate, EvaluationSummary, SweepTable, TrialSummary, VariantSummary};
 
-use crate::config::{ConfigError, Experiment, overlay};
+use crate::config::{ConfigError, Experiment, did_you_mean, overlay};
+use crate::provenance::portable_command;
 use crate::run_folder::{RunFolder, TrainingError};
 use crate::training::{Observer, RunReport, Training};
 use serde::Deserialize;
@@ -31,7 +34,27 @@ struct SweepFile {
     #[serde(default)]
     set: Table,
     /// The variants; the first is the reference that the others are compared with.
+    #[serde(default)]
     variants: Vec<VariantEntry>,
+    /// In place of variants, keys and their values: every combination, or as many as `random` says.
+    vary: Option<Table>,
+    /// Settings drawn at random from `vary`.
+    random: Option<Random>,
+}
+
+/// How many settings are drawn at random.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Random {
+    /// Number of settings; each is run with each seed.
+    settings: usize,
+    /// What decides which.
+    #[serde(default = "one")]
+    seed: u64,
+}
+
+fn one() -> u64 {
+    1
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -46,15 +69,23 @@ struct VariantEntry {
     /// What differs, on top of the sweep's `set`.
     #[serde(default)]
     set: Table,
+    /// Of a variant made from `vary`, each key with its value.
+    #[serde(skip)]
+    values: Vec<(String, String)>,
 }
+
+/// Most characters in the name of a variant's folder; file systems take 255 bytes.
+const LONGEST_NAME: usize = 180;
 
 /// A sweep that can be run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sweep {
     /// Its name.
     pub name: String,
-    /// Its variants, the reference first.
+    /// Its variants; where there is a reference, it is the first.
     pub variants: Vec<Variant>,
+    /// Whether the others are compared with the first. Settings drawn at random have no reference.
+    pub reference: bool,
     /// Its trials, seed by seed, so that every variant has its first result early.
     pub trials: Vec<Trial>,
 }
@@ -66,6 +97,8 @@ pub struct Variant {
     pub name: String,
     /// Why it is tried.
     pub reason: String,
+    /// What varies, where keys vary: each key with its value in TOML.
+    pub values: Vec<(String, String)>,
 }
 
 /// One run of a sweep.
@@ -95,32 +128,61 @@ impl Sweep {
     /// Parses a sweep's file; `origin` names it in errors.
     ///
     /// # Errors
-    /// No TOML, an unknown key or recipe, a value out of range, no seeds or variants, or one of them twice.
+    /// No TOML, an unknown key or recipe, a value out of range, no seeds, nothing that varies, or one of them twice.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ConfigError> {
         let file: SweepFile = toml::from_str(text).map_err(|e| ConfigError::Parse {
             origin: origin.to_owned(),
-            message: e.to_string().trim_end().to_owned(),
+            message: did_you_mean(e.to_string().trim_end()),
         })?;
         let wrong = |message: String| ConfigError::Value {
             origin: origin.to_owned(),
             message,
         };
-        if file.seeds.is_empty() || file.variants.is_empty() {
-            return Err(wrong(
-                "`seeds` and `variants` must each have at least one entry".to_owned(),
-            ));
+        if file.seeds.is_empty() {
+            return Err(wrong("`seeds` must have at least one entry".to_owned()));
         }
         if let Some(seed) = repeated(&file.seeds) {
             return Err(wrong(format!("`seeds` holds {seed} twice")));
         }
-        let folders: Vec<String> = file.variants.iter().map(|v| folder_name(&v.name)).collect();
+        let entries = match (file.variants.is_empty(), &file.vary) {
+            (false, None) if file.random.is_none() => file.variants,
+            (true, Some(vary)) => vary::variants(vary, file.random).map_err(wrong)?,
+            (false, Some(_)) => {
+                return Err(wrong(
+                    "has `variants` and `vary`; give one of them, or make two sweeps".to_owned(),
+                ));
+            }
+            (_, None) if file.random.is_some() => {
+                return Err(wrong(
+                    "`random` draws from `vary`, which is not there; e.g. \
+                     vary.learner.learning_rate = { from = 1e-4, to = 1e-3, scale = \"log\" }"
+                        .to_owned(),
+                ));
+            }
+            _ => {
+                return Err(wrong(
+                    "nothing varies: give `[[variants]]`, each with a `name` and `set`, or `[vary]` with keys and \
+                     their values, e.g. learner.learning_rate = [3e-4, 1e-3]"
+                        .to_owned(),
+                ));
+            }
+        };
+        let folders: Vec<String> = entries.iter().map(|v| folder_name(&v.name)).collect();
         if let Some(name) = repeated(&folders) {
             return Err(wrong(format!("two variants have the folder name `{name}`")));
         }
+        if let Some(name) = folders.iter().find(|name| name.len() > LONGEST_NAME) {
+            return Err(wrong(format!(
+                "the variant `{name}` cannot name a folder: it has {} characters, {LONGEST_NAME} are the most; give \
+                 `[[variants]]` with shorter names",
+                name.len()
+            )));
+        }
         let mut trials = Vec::new();
         for &seed in &file.seeds {
-            for (variant, entry) in file.variants.iter().enumerate() {
+            for (variant, entry) in entries.iter().enumerate() {
                 let base = entry.experiment.as_ref().unwrap_or(&file.experiment);
+                let base = Experiment::base(base, "experiment", origin, &mut Vec::new())?;
                 let mut table = file.set.clone();
                 overlay(&mut table, entry.set.clone());
                 for key in ["base", "name", "seed"] {
@@ -130,10 +192,9 @@ impl Sweep {
                         )));
                     }
                 }
-                table.insert("base".to_owned(), Value::String(base.clone()));
                 table.insert("name".to_owned(), Value::String(entry.name.clone()));
                 let origin = format!("{origin}: variant `{}`", entry.name);
-                let mut experiment = Experiment::parse(&table.to_string(), &origin)?;
+                let mut experiment = base.with_table(table, &origin)?;
                 experiment.seed = seed;
                 trials.push(Trial {
                     variant,
@@ -142,15 +203,27 @@ impl Sweep {
                 });
             }
         }
-        let variants = file.variants.into_iter().map(|v| Variant {
+        let variants = entries.into_iter().map(|v| Variant {
             name: v.name,
             reason: v.reason,
+            values: v.values,
         });
         Ok(Self {
             name: file.name,
             variants: variants.collect(),
+            reference: file.random.is_none(),
             trials,
         })
+    }
+
+    /// The `number`th, from 1 on, of `of` parts of about the same number of trials.
+    pub fn part(&self, number: usize, of: usize) -> Self {
+        let own = |(k, _): &(usize, &Trial)| k % of == number - 1;
+        let trials = self.trials.iter().enumerate().filter(own);
+        Self {
+            trials: trials.map(|(_, trial)| trial.clone()).collect(),
+            ..self.clone()
+        }
     }
 
     /// Runs what is not finished yet, `jobs` trials at a time, each in its folder below `folder`. `observer` makes
@@ -204,7 +277,7 @@ impl Sweep {
             }
         };
         std::thread::scope(|scope| {
-            for _ in 0..jobs.clamp(1, self.trials.len()) {
+            for _ in 0..jobs.clamp(1, self.trials.len().max(1)) {
                 scope.spawn(work);
             }
         });
@@ -250,13 +323,7 @@ impl Trial {
                     .to_owned(),
             ));
         }
-        let report = folder.join("report.json");
-        let Ok(text) = std::fs::read_to_string(&report) else {
-            return Ok(false);
-        };
-        let report: serde_json::Value = serde_json::from_str(&text)
-            .map_err(|e| TrainingError::other(&report, format!("is damaged: {e}")))?;
-        Ok(report["finished"] == true)
+        is_finished(folder)
     }
 
     fn run(
@@ -279,12 +346,29 @@ impl Trial {
     }
 }
 
+/// Whether the run in a folder came to its end.
+fn is_finished(folder: &Path) -> Result<bool, TrainingError> {
+    let report = folder.join("report.json");
+    let Ok(text) = std::fs::read_to_string(&report) else {
+        return Ok(false);
+    };
+    let report: serde_json::Value = serde_json::from_str(&text)
+        .map_err(|e| TrainingError::other(&report, format!("is damaged: {e}")))?;
+    Ok(report["finished"] == true)
+}
+
 /// The first element that stands in the list before.
 fn repeated<T: PartialEq>(list: &[T]) -> Option<&T> {
     list.iter()
         .enumerate()
         .find(|(i, element)| list[..*i].contains(element))
         .map(|(_, element)| element)
+}
+
+/// The command that the controllers of a sweep have as their provenance, wherever and however many at a time they were
+/// trained.
+pub fn sweep_command(file: &Path) -> String {
+    portable_command(["sweep".into(), file.as_os_str().to_owned()])
 }
 
 /// The name of an experiment or variant as the name of a folder, whatever is written in it.

@@ -1,8 +1,8 @@
-//! Contract: a sweep's file names its trials, each with its own folder, seed and settings; a mistake in it is named
-//! with its variant; a sweep that is stopped and gone on with ends in the same bits as one that is not; what is
+//! Contract: a sweep's file names its trials, each with its own folder, seed and settings: variants, combinations of values,
+//! or settings drawn at random, the same from the same seed; a mistake in it is named with its variant; a sweep that is stopped and gone on with ends in the same bits as one that is not; what is
 //! finished is not run again; its table counts seeds.
 
-use gaitshift_experiment::{Judgement, Observer, Progress, Sweep, SweepReport};
+use gaitshift_experiment::{Judgement, Observer, Progress, Sweep, SweepReport, SweepTable};
 use std::cell::Cell;
 use std::path::Path;
 
@@ -132,6 +132,208 @@ fn a_mistake_is_named_with_its_variant() {
     }
 }
 
+/// The file with something else that varies.
+fn varied(above: &str, vary: &str) -> Result<Sweep, String> {
+    let (head, _) = FILE.split_once("[[variants]]").unwrap();
+    let text = head.replacen("seeds = [1, 2]", &format!("seeds = [1, 2]\n{above}"), 1) + vary;
+    Sweep::parse(&text, "tiny.toml").map_err(|e| e.to_string())
+}
+
+fn folders(sweep: &Sweep) -> Vec<&str> {
+    let folders = sweep.trials.iter().map(|t| t.folder.to_str().unwrap());
+    folders.collect()
+}
+
+#[test]
+fn values_are_run_in_every_combination() {
+    let sweep = varied(
+        "",
+        "[vary]\nlearner.n_step = [1, 3]\n\"body.friction\" = [0.25, 1.0]",
+    )
+    .unwrap();
+    let settings: Vec<_> = sweep.trials[..4]
+        .iter()
+        .map(|t| (t.experiment.body.friction, t.experiment.learner.n_step))
+        .collect();
+    assert_eq!(settings, [(0.25, 1), (0.25, 3), (1.0, 1), (1.0, 3)]);
+    assert_eq!(sweep.trials.len(), 8);
+    // What is set for all is set.
+    assert!(
+        sweep
+            .trials
+            .iter()
+            .all(|t| t.experiment.learner.batch_size == 32)
+    );
+    assert_eq!(sweep.variants[1].name, "friction=0.25 n_step=3");
+    let values = &sweep.variants[1].values;
+    assert_eq!(values[0], ("body.friction".to_owned(), "0.25".to_owned()));
+    assert_eq!(folders(&sweep)[1], "friction-0-25-n_step-3/seed-1");
+    assert!(sweep.reference);
+    // A table with `kind` is a value, and keys with the same last word keep their paths.
+    let kinds = "[vary]\nlearner.temperature = [{ kind = \"fixed\", alpha = 0.1 }, { kind = \"auto\", initial = 0.5 }]";
+    let sweep = varied("", kinds).unwrap();
+    assert_eq!(sweep.variants.len(), 2);
+    let same = "[vary]\ntask.reward.omega_e = [0.1]\ntask.reward.omega_s = [0.1]";
+    assert_eq!(
+        varied("", same).unwrap().variants[0].name,
+        "omega_e=0.1 omega_s=0.1"
+    );
+}
+
+#[test]
+fn settings_are_drawn_from_their_ranges_the_same_from_the_same_seed() {
+    let vary = "[vary]\nlearner.learning_rate = { from = 1e-5, to = 1e-2, scale = \"log\" }\n\
+                learner.n_step = { from = 2, to = 4 }\nbody.friction = [0.3, 1.0]";
+    let drawn = |settings: usize, seed: u64| {
+        let random = format!("random = {{ settings = {settings}, seed = {seed} }}");
+        varied(&random, vary).unwrap()
+    };
+    let sweep = drawn(200, 7);
+    assert_eq!((sweep.variants.len(), sweep.trials.len()), (200, 400));
+    assert!(!sweep.reference);
+    let experiments: Vec<_> = sweep.trials[..200].iter().map(|t| &t.experiment).collect();
+    let rates: Vec<f64> = experiments
+        .iter()
+        .map(|e| e.learner.learning_rate)
+        .collect();
+    assert!(rates.iter().all(|r| (1e-5..=1e-2).contains(r)));
+    // Every decade as often as another: of 200 some 67 each.
+    for decade in [1e-5, 1e-4, 1e-3] {
+        let within = rates.iter().filter(|&&r| r >= decade && r < 10.0 * decade);
+        assert!((45..90).contains(&within.count()), "{decade}");
+    }
+    for n_step in 2..=4 {
+        let count = experiments.iter().filter(|e| e.learner.n_step == n_step);
+        assert!((45..90).contains(&count.count()), "{n_step}");
+    }
+    let slippery = experiments.iter().filter(|e| e.body.friction == 0.3);
+    assert!((75..125).contains(&slippery.count()));
+    assert_eq!(drawn(200, 7), sweep);
+    assert_ne!(drawn(200, 8), sweep);
+    // More settings begin with the same ones, so a sweep can be extended.
+    assert_eq!(drawn(50, 7).variants, sweep.variants[..50]);
+}
+
+#[test]
+fn a_mistake_in_what_varies_is_named() {
+    let rates = "[vary]\nlearner.learning_rate = [1e-4, 1e-3]\n";
+    let range = "[vary]\nlearner.learning_rate = { from = 1e-4, to = 1e-3 }\n";
+    for (above, vary, expected) in [
+        ("", "", "nothing varies"),
+        ("", "[vary]\n", "`vary` names no key"),
+        (
+            "",
+            "[vary]\nlearner.learning_rate = []\n",
+            "`learner.learning_rate` has no values",
+        ),
+        (
+            "",
+            "[vary]\nbody.friction = [1.0, 1.0]\n",
+            "`body.friction` has the value 1.0 twice",
+        ),
+        (
+            "",
+            "[vary]\nbody.friction = 1.0\n",
+            "must be a list of values",
+        ),
+        (
+            "",
+            "[vary]\nbody.frictoin = [1.0]\n",
+            "did you mean `friction`",
+        ),
+        (
+            "",
+            "[vary]\nbody.friction = [1.0, -1.0]\n",
+            "variant `friction=-1.0`",
+        ),
+        ("", "[vary]\nseed = [1, 2]\n", "may not hold `seed`"),
+        (
+            "",
+            "[vary]\nbody.friction = [1.0]\n\"body.friction\" = [0.5]\n",
+            "friction",
+        ),
+        ("", range, "is a range, which has no end of values"),
+        (
+            "",
+            "[vary]\nbody.friction = { from = 1.0, to = 0.5 }\n",
+            "the lower one first",
+        ),
+        (
+            "",
+            "[vary]\nbody.friction = { from = \"a\", to = 0.5 }\n",
+            "must be numbers",
+        ),
+        (
+            "",
+            "[vary]\nbody.friction = { from = 0.0, to = 0.5, scale = \"log\" }\n",
+            "numbers above 0",
+        ),
+        (
+            "",
+            "[vary]\nbody.friction = { from = 0.1, to = 0.5, step = 0.1 }\n",
+            "step",
+        ),
+        (
+            "",
+            &format!("{rates}[[variants]]\nname = \"a\"\n"),
+            "`variants` and `vary`",
+        ),
+        (
+            "random = { settings = 3 }",
+            "",
+            "`random` draws from `vary`",
+        ),
+        ("random = { settings = 0 }", rates, "`random.settings` is 0"),
+        (
+            "random = { settings = 3 }",
+            rates,
+            "hardly more than 2 different ones",
+        ),
+        ("random = { setings = 3 }", rates, "setings"),
+    ] {
+        let error = varied(above, vary).unwrap_err();
+        assert!(
+            error.contains("tiny.toml") && error.contains(expected),
+            "{expected}: {error}"
+        );
+    }
+}
+
+/// A base that was a path was looked for in the wrong folder when a variant's name had a `/`.
+#[test]
+fn a_base_is_found_from_the_sweeps_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("mine.toml"),
+        "base = \"fast\"\n[learner]\nn_step = 2\n",
+    )
+    .unwrap();
+    let file = folder.path().join("sweep.toml");
+    std::fs::write(&file, FILE.replace("\"fast\"", "\"./mine.toml\"")).unwrap();
+    let sweep = Sweep::load(&file).unwrap();
+    assert!(
+        sweep
+            .trials
+            .iter()
+            .all(|t| t.experiment.learner.n_step == 2)
+    );
+}
+
+#[test]
+fn parts_have_every_trial_once() {
+    let sweep = Sweep::parse(FILE, "tiny.toml").unwrap();
+    let parts: Vec<Sweep> = (1..=3).map(|k| sweep.part(k, 3)).collect();
+    assert_eq!(
+        parts.iter().map(|p| p.trials.len()).collect::<Vec<_>>(),
+        [2, 1, 1]
+    );
+    let mut all: Vec<&str> = parts.iter().flat_map(folders).collect();
+    let mut whole = folders(&sweep);
+    all.sort_unstable();
+    whole.sort_unstable();
+    assert_eq!(all, whole);
+}
+
 #[test]
 fn stopped_and_gone_on_with_it_ends_in_the_same_bits_and_nothing_is_run_twice() {
     let sweep = Sweep::parse(FILE, "tiny.toml").unwrap();
@@ -220,4 +422,14 @@ fn the_table_has_what_there_is_so_far() {
     assert!(best.interval[0] <= best.value && best.value <= best.interval[1]);
     let text = table.to_markdown();
     assert!(text.contains("| on ice/snow | 1 | 1 |"), "{text}");
+    // The same of the folders alone.
+    let runs: Vec<_> = sweep
+        .trials
+        .iter()
+        .map(|t| folder.path().join(&t.folder))
+        .collect();
+    let runs: Vec<&Path> = runs.iter().map(|run| run.as_path()).collect();
+    let again = SweepTable::of_runs(&sweep.name, &runs).unwrap();
+    assert_eq!(again.trials, table.trials);
+    assert_eq!(again.variants[1].effect, table.variants[1].effect);
 }

@@ -168,11 +168,16 @@ impl Panel {
             let position = (area.left - 6.5, y + 0.36 * SMALL);
             canvas.text(position, &text, LABEL.anchor(Anchor::End));
         }
+        self.x_ticks(canvas, x_labels);
+    }
+
+    /// The ticks of the lower axis; numbers only if `labels`.
+    pub fn x_ticks(&self, canvas: &mut Canvas, labels: bool) {
         for (value, text) in self.x.ticks() {
             let x = self.horizontal(value);
-            let foot = area.bottom();
+            let foot = self.area.bottom();
             canvas.line((x, foot), (x, foot + 4.0), Paint::stroke(TEXT, 0.8));
-            if x_labels {
+            if labels {
                 let position = (x, foot + 5.0 + SMALL);
                 canvas.text(position, &text, LABEL.anchor(Anchor::Middle));
             }

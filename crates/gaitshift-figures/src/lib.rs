@@ -9,6 +9,7 @@
 //! - [`Frames`]: the same frame by frame, [`write_film`] and [`write_frames`] to files; [`Snapshot`]: a body at one instant;
 //! - [`strobe`]: a stride at a glance;
 //! - [`sweep_figure`]: speed, cost of transport and support against the command;
+//! - [`settings_figure`]: what several settings reached, seed by seed;
 //! - [`episode_returns_figure`]: the course of a training run.
 //!
 //! Colours are safe for any colour vision. Right is vermilion and left is blue in all of them.
@@ -33,6 +34,7 @@ mod learning;
 mod motion;
 mod raster;
 mod scenery;
+mod settings;
 mod strobe;
 mod style;
 mod support;
@@ -45,6 +47,7 @@ pub use figure::Figure;
 pub use film::{FilmFormat, find_ffmpeg, write_film, write_frames};
 pub use frames::{Frames, Picture, Snapshot};
 pub use learning::{LearningCurves, episode_returns_figure, learning_curves_figure};
+pub use settings::{Setting, settings_figure};
 pub use strobe::{stride_at, strobe};
 pub use sweep::{SweepPoint, SweepSeries, sweep_figure};
 pub use transition::{FigureOptions, transition_figure};

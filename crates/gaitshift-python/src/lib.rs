@@ -10,6 +10,8 @@ mod body;
 mod controller;
 mod convert;
 mod recording;
+mod sac;
+mod training;
 
 use gaitshift_analysis::recording::COLUMNS;
 use gaitshift_task::{OBSERVATION_NAMES, OBSERVATION_SCALE, info_names};
@@ -21,7 +23,14 @@ fn native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<body::Body>()?;
     m.add_class::<controller::Controller>()?;
     m.add_class::<recording::Recording>()?;
+    m.add_class::<sac::Sac>()?;
     m.add_function(wrap_pyfunction!(body::reward_terms, m)?)?;
+    m.add_function(wrap_pyfunction!(training::train, m)?)?;
+    m.add_function(wrap_pyfunction!(training::resume, m)?)?;
+    m.add_function(wrap_pyfunction!(training::run_config, m)?)?;
+    m.add_function(wrap_pyfunction!(training::train_trial, m)?)?;
+    m.add_function(wrap_pyfunction!(training::sweep_trials, m)?)?;
+    m.add_function(wrap_pyfunction!(training::sweep_table, m)?)?;
     m.add("OBSERVATION_NAMES", OBSERVATION_NAMES.to_vec())?;
     m.add("OBSERVATION_SCALE", OBSERVATION_SCALE.to_vec())?;
     m.add("COLUMNS", COLUMNS.to_vec())?;

@@ -1,4 +1,4 @@
-"""What the tests share: the program they compare with."""
+"""What the tests share: the program they compare with, and an experiment of seconds."""
 
 import os
 import subprocess
@@ -7,6 +7,12 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[3]
+
+
+@pytest.fixture(scope="session")
+def tiny():
+    """The file of an experiment of seconds."""
+    return REPOSITORY / "crates" / "gaitshift" / "tests" / "tiny.toml"
 
 
 @pytest.fixture(scope="session")

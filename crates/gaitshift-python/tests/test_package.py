@@ -114,6 +114,14 @@ def test_the_example_runs(tmp_path):
     assert (tmp_path / "comparison.png").stat().st_size > 10_000
 
 
+def test_the_example_of_the_learner_alone_runs(tmp_path):
+    example = Path(__file__).parents[1] / "examples" / "pendulum.py"
+    command = [sys.executable, example, "--steps", "300", "--seeds", "1"]
+    one_thread = {**os.environ, "OMP_NUM_THREADS": "1"}
+    said = subprocess.run(command, check=True, capture_output=True, cwd=tmp_path, env=one_thread, text=True).stdout
+    assert "time, theirs by ours" in said
+
+
 @pytest.mark.parametrize("call", ["accelerations", "advance"])
 def test_the_compiled_classes_refuse_what_is_no_array(call):
     with pytest.raises(TypeError):

@@ -7,31 +7,10 @@ import json
 import numpy as np
 from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
 
-TINY = """
-base = "fast"
-[[curriculum.phases]]
-name = "only"
-steps = 6000
-omega_v = [-0.2, 0.2]
-[learner]
-actor_hidden = [8]
-critic_hidden = [8]
-batch_size = 32
-threads = 1
-[training]
-environments = 4
-steps_per_update = 8
-learning_starts = 1000
-metrics_interval_steps = 500
-evaluation_interval_steps = 3000
-checkpoint_interval_steps = 1500
-replay_capacity = 6000
-"""
 
-
-def test_tensorboard_reads_what_the_run_wrote(program, tmp_path):
-    (tmp_path / "tiny.toml").write_text(TINY)
-    program("train", "tiny.toml", "--out", "run", "--steps", 2000, cwd=tmp_path)
+def test_tensorboard_reads_what_the_run_wrote(program, tiny, tmp_path):
+    often = ["--set", "training.metrics_interval_steps=500", "--set", "training.checkpoint_interval_steps=1500"]
+    program("train", tiny, *often, "--out", "run", "--steps", 2000, cwd=tmp_path)
     program("train", "--resume", "run", cwd=tmp_path)
     run = tmp_path / "run"
     first, *events = EventFileLoader(str(run / "events.out.tfevents.gaitshift")).Load()

@@ -58,6 +58,8 @@ pub enum Command {
     View(ViewArguments),
     Analyse(AnalyseArguments),
     Export(ExportArguments),
+    Completions(CompletionsArguments),
+    Manual(ManualArguments),
 }
 
 /// What moves.
@@ -120,7 +122,8 @@ pub struct DemoArguments {
 /// that its key `base` names; an unknown key is an error.
 ///
 /// Every few hundred thousand steps the controller is evaluated without noise at all commands and changes
-/// of gait, so that you see when it first walks and runs. Ctrl-C writes a checkpoint and stops.
+/// of gait, so that you see when it first walks and runs. Ctrl-C writes a checkpoint and stops; so do SIGTERM and
+/// SIGUSR1, with which batch systems end a job.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 The folder of a run:
@@ -217,16 +220,18 @@ pub struct TrainArguments {
 
 /// Trains many runs from one file: an experiment, what varies, the seeds.
 ///
-/// Each variant is trained with each seed, a run in its own folder. Ctrl-C writes checkpoints and stops; the
-/// same command goes on from them, and what is finished is not run again. In the end, and with --table at any
-/// time, the table says for each variant what its seeds reached, with intervals, and how far the first variant's
-/// result moved: table.md and table.json in the sweep's folder.
+/// What varies is a list of variants, the values of some keys in every combination, or settings drawn at random from
+/// ranges. Each is trained with each seed, a run in its own folder. Ctrl-C writes checkpoints and stops; the same command
+/// goes on from them, and what is finished is not run again. In the end, and with --table at any time, the table says for
+/// each variant what its seeds reached, with intervals, and how far the first variant's result moved: table.md, table.json
+/// and a figure of all runs, table.svg and .png, in the sweep's folder.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
   gaitshift sweep friction.toml --dry-run
   gaitshift sweep friction.toml --jobs 2
   gaitshift sweep friction.toml --table
+  gaitshift sweep friction.toml --part 2/4      # a quarter of it, on one of four machines
 
 where friction.toml is, for instance:
   name = \"friction\"
@@ -241,9 +246,21 @@ where friction.toml is, for instance:
   [[variants]]
   name = \"ice\"
   reason = \"does it still walk where feet slip?\"
-  set.body = { friction = 0.3 }")]
+  set.body = { friction = 0.3 }
+
+In place of [[variants]], keys with their values, in every combination:
+  [vary]
+  learner.learning_rate = [3e-4, 1e-3]
+  body.friction = [0.3, 0.6, 1.0]
+
+or, with a line above the first table, so many settings drawn at random:
+  random = { settings = 20, seed = 1 }
+  [vary]
+  learner.learning_rate = { from = 1e-4, to = 1e-3, scale = \"log\" }
+  learner.n_step = { from = 1, to = 5 }         # whole numbers
+  body.friction = [0.3, 0.6, 1.0]")]
 pub struct SweepArguments {
-    /// The sweep: experiment, seeds, variants
+    /// The sweep: experiment, seeds, what varies
     #[arg(value_name = "FILE.toml")]
     pub file: PathBuf,
 
@@ -256,6 +273,12 @@ pub struct SweepArguments {
           value_parser = clap::value_parser!(u16).range(1..=256))]
     pub jobs: Option<u16>,
 
+    /// Run only every N-th trial, the K-th first: several machines that share the folder run a sweep together
+    ///
+    /// With --table the table has all trials.
+    #[arg(long, value_name = "K/N", value_parser = part, conflicts_with = "dry_run")]
+    pub part: Option<Part>,
+
     /// Only say what would be run and how long it takes on this machine
     #[arg(long, conflicts_with_all = ["table", "json"])]
     pub dry_run: bool,
@@ -267,6 +290,31 @@ pub struct SweepArguments {
     /// Print the table as one JSON object on standard output
     #[arg(long)]
     pub json: bool,
+}
+
+/// Prints what a shell needs to complete commands and options.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift completions bash > ~/.local/share/bash-completion/completions/gaitshift
+  gaitshift completions zsh > ~/.zfunc/_gaitshift     # with `fpath+=~/.zfunc` before `compinit`
+  gaitshift completions fish > ~/.config/fish/completions/gaitshift.fish")]
+pub struct CompletionsArguments {
+    /// The shell
+    #[arg(value_name = "SHELL")]
+    pub shell: clap_complete::Shell,
+}
+
+/// Prints the manual page, or writes those of all commands.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift manual | man -l -
+  gaitshift manual --out ~/.local/share/man/man1      # then: man gaitshift, man gaitshift-train")]
+pub struct ManualArguments {
+    /// Folder for the pages of the program and of each command
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 /// Measures what a controller does under constant commands.
@@ -419,11 +467,12 @@ pub struct TransitionArguments {
 /// Each is a controller file, a run's folder (its best controller, and its course), a recording (CSV), or the word
 /// `shipped`. Controllers are tried on every command; recordings are described as they are. One table has a row for each
 /// command and name. Into the folder of --out go a figure of all controllers over the range of their command (sweep), and
-/// of runs the criteria met over the course of training (learning): runs of one experiment with different seeds are one
-/// curve, their mean, with their spread.
+/// of runs the criteria met over the course of training (learning) and by the best controllers (table): runs of one
+/// experiment with different seeds are one curve, and one row with an interval over the seeds.
 ///
-/// With --json, standard output is {"rows": [{"name", "omega_v", ...}], "runs": [{"name", "experiment", "seed", ...}]}, and
-/// with several seeds "spread" as in `evaluate`; files are written only into a folder given by --out.
+/// With --json, standard output is {"rows": [{"name", "omega_v", ...}], "runs": [{"name", "experiment", "seed", ...}],
+/// "experiments": [{"variant", "seeds", "best_met", ...}]}, and with several seeds "spread" as in `evaluate`; files are
+/// written only into a folder given by --out.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -760,6 +809,24 @@ fn seeds(text: &str) -> Result<Seeds, String> {
         ));
     }
     Ok(Seeds((first..=last).collect()))
+}
+
+/// The K-th of N parts.
+#[derive(Debug, Clone, Copy)]
+pub struct Part {
+    /// From 1 on.
+    pub number: usize,
+    /// Number of parts.
+    pub of: usize,
+}
+
+fn part(text: &str) -> Result<Part, String> {
+    let parts = text.split_once('/');
+    let numbers = parts.and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+    match numbers {
+        Some((number, of)) if (1..=of).contains(&number) => Ok(Part { number, of }),
+        _ => Err("expected K/N with K from 1 to N, such as 2/4".to_owned()),
+    }
 }
 
 fn duration_s(text: &str) -> Result<f64, String> {

@@ -7,8 +7,11 @@ use crate::motion::Subject;
 use crate::output;
 use crate::progress::{count, duration};
 use crate::spread::{self, Spread};
+use crate::sweep;
 use gaitshift_analysis::Recording;
-use gaitshift_experiment::{CommandProfile, Controller, Evaluation, Experiment};
+use gaitshift_experiment::{
+    CommandProfile, Controller, Estimate, Evaluation, Experiment, SweepTable, VariantSummary,
+};
 use gaitshift_figures::{LearningCurves, learning_curves_figure};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -47,6 +50,8 @@ struct Comparison<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     spread: Option<Vec<Named<'a, Spread>>>,
     runs: &'a [Run],
+    /// Runs of one experiment together.
+    experiments: &'a [VariantSummary],
 }
 
 /// Runs the command.
@@ -54,10 +59,12 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let a = arguments;
     let mut items = Vec::new();
     let mut runs = Vec::new();
+    let mut folders: Vec<&Path> = Vec::new();
     for path in &a.items {
         let name = name_of(path);
         if path.join("config.toml").is_file() {
             runs.push(Run::read(path, &name)?);
+            folders.push(path);
         }
         items.push((name, load(path, a)?));
     }
@@ -69,6 +76,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let spreads: Option<Vec<Vec<Spread>>> =
         (seeds.len() > 1).then(|| measured.iter().map(|(_, rows)| spread::of(rows)).collect());
 
+    let table = SweepTable::of_runs("of the runs", &folders).map_err(Failure::input)?;
     let default_folder = (!a.json).then(|| PathBuf::from("out/compare"));
     let mut files = Vec::new();
     if let Some(folder) = a.out.clone().or(default_folder) {
@@ -79,6 +87,9 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
             .collect();
         files.extend(evaluate::write_sweep(&sweep, &folder)?);
         files.extend(write_learning(&runs, &folder)?);
+        if !table.trials.is_empty() {
+            files.extend(sweep::write(&table, &folder)?);
+        }
     }
     if a.json {
         let rows = measured
@@ -96,6 +107,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
             rows,
             spread,
             runs: &runs,
+            experiments: &table.variants,
         });
     }
     match &spreads {
@@ -105,6 +117,12 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     if !runs.is_empty() {
         output::line("")?;
         for line in runs_table(&runs) {
+            output::line(&line)?;
+        }
+    }
+    if runs.len() > 1 {
+        output::line("")?;
+        for line in experiments_table(&table.variants) {
             output::line(&line)?;
         }
     }
@@ -251,6 +269,37 @@ fn runs_table(runs: &[Run]) -> Vec<String> {
         ]);
     }
     output::table(&cells, &[0, 1])
+}
+
+/// Runs of one experiment together: their seeds are the unit.
+fn experiments_table(experiments: &[VariantSummary]) -> Vec<String> {
+    let titles = [
+        "experiment",
+        "runs",
+        "best, 95 %",
+        "effect, 95 %",
+        "walk",
+        "run",
+        "change",
+        "all",
+    ];
+    let mut cells = vec![titles.map(str::to_owned).to_vec()];
+    for e in experiments {
+        let shown = |estimate: &Option<Estimate>| {
+            estimate.map_or("-".to_owned(), |estimate| estimate.to_string())
+        };
+        cells.push(vec![
+            e.variant.clone(),
+            e.seeds.to_string(),
+            shown(&e.best_met),
+            shown(&e.effect),
+            e.walk.to_string(),
+            e.run.to_string(),
+            e.change.to_string(),
+            e.all.to_string(),
+        ]);
+    }
+    output::table(&cells, &[0])
 }
 
 /// The criteria met over the course of training: runs of one experiment together.

@@ -9,10 +9,12 @@ mod analyse;
 mod arguments;
 mod check;
 mod compare;
+mod completions;
 mod demo;
 mod evaluate;
 mod export;
 mod failure;
+mod manual;
 mod motion;
 mod output;
 mod progress;
@@ -52,6 +54,8 @@ fn main() -> ExitCode {
         Command::View(arguments) => view::run(&arguments),
         Command::Analyse(arguments) => analyse::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments),
+        Command::Manual(arguments) => manual::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -6,14 +6,20 @@ use crate::output;
 use crate::progress::{count, duration};
 use crate::train::catch_interrupts;
 use gaitshift_experiment::{
-    Judgement, Observer, Progress, Sweep, SweepTable, Trial, folder_name, portable_command,
-    steps_per_second,
+    Judgement, Observer, Progress, Sweep, SweepTable, Trial, VariantSummary, folder_name,
+    steps_per_second, sweep_command,
 };
+use gaitshift_figures::{Setting, settings_figure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+/// What the figure shows.
+const QUANTITY: &str =
+    "criteria met (dot: seed, stroke: interquartile mean, bar: its 95 % interval)";
+/// Most variants whose pace is measured.
+const MOST_PACES: usize = 8;
 /// How long the pace is measured for `--dry-run`.
 const PACE_DURATION: Duration = Duration::from_secs(3);
 
@@ -32,14 +38,18 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     }
     if !arguments.table {
         let interrupted = catch_interrupts()?;
+        let mine = match arguments.part {
+            Some(part) => sweep.part(part.number, part.of),
+            None => sweep.clone(),
+        };
         output::note(&format!(
             "{} trials, {jobs} at a time, in {}",
-            sweep.trials.len(),
+            mine.trials.len(),
             folder.display()
         ));
-        let command = portable_command(std::env::args_os().skip(1));
+        let command = sweep_command(&arguments.file);
         let observer = |trial: &Trial| TrialWatcher::begin(trial, Arc::clone(&interrupted));
-        let report = sweep
+        let report = mine
             .run(&folder, jobs, &command, observer)
             .map_err(Failure::run)?;
         output::note(&format!(
@@ -58,7 +68,9 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
             folder.display()
         )));
     }
-    write(&table, &folder)?;
+    for file in write(&table, &folder)? {
+        output::note(&format!("wrote {}", file.display()));
+    }
     if arguments.json {
         output::json(&table)
     } else {
@@ -77,23 +89,35 @@ fn default_jobs(sweep: &Sweep) -> usize {
     (processors / threads.max().unwrap_or(1)).max(1)
 }
 
-/// Says what would be run and how long it would take, from the pace of each variant on this machine now.
+/// Says what would be run and how long it would take, from the pace of the variants on this machine now; of many
+/// variants that of some tells the others'.
 fn foretell(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<(), Failure> {
-    let mut all_s = 0.0;
+    let apart = sweep.variants.len().div_ceil(MOST_PACES);
+    let (mut all_s, mut rates) = (0.0, Vec::new());
     for (index, variant) in sweep.variants.iter().enumerate() {
         let mut trials = sweep.trials.iter().filter(|t| t.variant == index);
         let Some(trial) = trials.next() else {
             continue;
         };
         let steps = trial.experiment.curriculum.total_steps();
-        let rate = steps_per_second(&trial.experiment, PACE_DURATION).map_err(Failure::run)?;
+        let measured = index % apart == 0;
+        if measured {
+            let rate = steps_per_second(&trial.experiment, PACE_DURATION).map_err(Failure::run)?;
+            rates.push(rate);
+        }
+        let rate = if measured {
+            rates.last().copied().unwrap_or_default()
+        } else {
+            rates.iter().sum::<f64>() / rates.len() as f64
+        };
         let (trial_s, seeds) = (steps as f64 / rate, 1 + trials.count());
         all_s += trial_s * seeds as f64;
         output::line(&format!(
-            "{}: {seeds} seed{} of {} steps, {rate:.0} steps/s, {} each",
+            "{}: {seeds} seed{} of {} steps, {}{rate:.0} steps/s, {} each",
             variant.name,
             if seeds == 1 { "" } else { "s" },
             count(steps),
+            if measured { "" } else { "about " },
             duration(trial_s)
         ))?;
     }
@@ -105,18 +129,43 @@ fn foretell(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<(), Failure> {
     ))
 }
 
-fn write(table: &SweepTable, folder: &Path) -> Result<(), Failure> {
+/// Writes a table as text and JSON, and its figure; gives the files.
+pub fn write(table: &SweepTable, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let json = serde_json::to_string_pretty(table).map_err(Failure::run)?;
+    let mut files = Vec::new();
     for (name, text) in [
         ("table.md", table.to_markdown()),
         ("table.json", json + "\n"),
     ] {
         let path = folder.join(name);
-        std::fs::write(&path, text)
-            .map_err(|e| Failure::run(format!("{}: {e}", path.display())))?;
-        output::note(&format!("wrote {}", path.display()));
+        std::fs::write(&path, text).map_err(|e| Failure::write(&path, &e))?;
+        files.push(path);
     }
-    Ok(())
+    let figure = settings_figure(&settings(table), QUANTITY, criteria(table))
+        .and_then(|figure| figure.write(folder.join("table")));
+    files.extend(figure.map_err(output::figure_failure)?);
+    Ok(files)
+}
+
+/// The rows of the figure: of each run what its best controller meets.
+fn settings(table: &SweepTable) -> Vec<Setting> {
+    let variants = table.variants.iter().filter(|v| v.seeds > 0);
+    let setting = |v: &VariantSummary| Setting {
+        label: v.variant.clone(),
+        values: table
+            .trials
+            .iter()
+            .filter(|t| t.variant == v.variant)
+            .map(|t| t.best.met as f64)
+            .collect(),
+        estimate: v.best_met.map(|e| (e.interval[0], e.value, e.interval[1])),
+    };
+    variants.map(setting).collect()
+}
+
+fn criteria(table: &SweepTable) -> f64 {
+    let criteria = table.trials.iter().map(|t| t.best.criteria);
+    criteria.max().unwrap_or_default() as f64
 }
 
 /// Says in plain lines how one trial of several goes.

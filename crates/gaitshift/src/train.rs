@@ -253,12 +253,18 @@ fn start(experiment: Experiment, folder: &Path) -> Result<Training, Failure> {
     Training::new(experiment, folder, &command).map_err(Failure::input)
 }
 
-/// The first Ctrl-C asks for a checkpoint, the second ends the program at once.
+/// The first Ctrl-C (or SIGTERM, SIGHUP) asks for a checkpoint, the second ends the program at once. SIGUSR1, with which a
+/// batch system warns of its time limit, asks for a checkpoint however often it comes.
 pub fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
     let interrupted = Arc::new(AtomicBool::new(false));
-    let seen = Arc::clone(&interrupted);
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&interrupted))
+        .map_err(Failure::run)?;
+    let asked = Arc::clone(&interrupted);
+    let pressed = AtomicBool::new(false);
     ctrlc::set_handler(move || {
-        if seen.swap(true, Ordering::SeqCst) {
+        asked.store(true, Ordering::SeqCst);
+        if pressed.swap(true, Ordering::SeqCst) {
             std::process::exit(130);
         }
         output::note("stopping after a checkpoint; press Ctrl-C again to stop at once");

@@ -1,29 +1,8 @@
 //! `gaitshift compare`: one table with names, the same figures as each by itself, the course of runs, bad input.
 
 mod common;
-use common::Place;
+use common::{Place, TINY};
 use serde_json::Value;
-
-const TINY: &str = r#"
-name = "tiny"
-base = "fast"
-[[curriculum.phases]]
-name = "only"
-steps = 4000
-omega_v = [-0.2, 3.5]
-[learner]
-actor_hidden = [8]
-critic_hidden = [8]
-batch_size = 32
-threads = 1
-[training]
-environments = 4
-steps_per_update = 8
-learning_starts = 1000
-evaluation_interval_steps = 2000
-checkpoint_interval_steps = 6000
-replay_capacity = 6000
-"#;
 
 fn rows(value: &Value) -> &Vec<Value> {
     value["rows"].as_array().unwrap()
@@ -75,23 +54,30 @@ fn runs_are_compared_by_their_course_too() {
     let place = Place::new();
     place.write("tiny.toml", TINY);
     place.stdout("train tiny.toml --seeds 1-2");
-    let compare = "compare runs/tiny-1 runs/tiny-2/ shipped --omega-v 3 --duration-s 1";
+    let compare = "compare runs/tiny-run-1 runs/tiny-run-2/ shipped --omega-v 3 --duration-s 1";
     let value = place.json(&format!("{compare} --json"));
     let runs = value["runs"].as_array().unwrap();
     assert_eq!(runs.len(), 2);
     assert_eq!(
         (&runs[1]["name"], &runs[1]["seed"]),
-        (&Value::from("runs/tiny-2"), &Value::from(2))
+        (&Value::from("runs/tiny-run-2"), &Value::from(2))
     );
     assert_eq!(runs[0]["evaluations"], 2);
     let text = place.stdout(&format!("{compare} --out here --seed 1..2"));
     assert!(
-        text.contains("runs/tiny-1") && text.contains("of 2"),
+        text.contains("runs/tiny-run-1") && text.contains("of 2"),
         "{text}"
     );
+    let experiments = value["experiments"].as_array().unwrap();
+    assert_eq!(experiments.len(), 1);
+    assert_eq!(experiments[0]["seeds"], 2);
+    assert!(text.contains("effect, 95 %"), "{text}");
+    let table = String::from_utf8(place.read("here/table.md")).unwrap();
+    assert!(table.contains("| tiny run | 2 | 2 |"), "{table}");
+    assert!(place.path("here/table.png").is_file());
     let svg = String::from_utf8(place.read("here/learning.svg")).unwrap();
     assert!(
-        svg.contains("tiny, mean and range of 2 runs"),
+        svg.contains("tiny run, mean and range of 2 runs"),
         "two seeds are one curve"
     );
 }

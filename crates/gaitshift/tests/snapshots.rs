@@ -25,19 +25,7 @@ fn the_help_of_every_command_is_recorded() {
             "snapshots/help.trycmd lacks `{}`",
             line.trim_end()
         );
-        let help = Place::new().stdout(&format!("{command} --help"));
-        let listed = help
-            .lines()
-            .skip_while(|line| !["Commands:", "Formats:"].contains(line))
-            .skip(1)
-            .take_while(|line| !line.is_empty())
-            // Names are indented by two spaces, the rest of a description by more.
-            .filter_map(|line| {
-                line.strip_prefix("  ")
-                    .filter(|line| !line.starts_with(' '))
-            })
-            .filter_map(|line| line.split_whitespace().next())
-            .filter(|name| *name != "help");
-        commands.extend(listed.map(|name| format!("{command} {name}")));
+        let listed = Place::new().commands(&command);
+        commands.extend(listed.iter().map(|name| format!("{command} {name}")));
     }
 }

@@ -42,6 +42,8 @@ fn a_sweep_leaves_runs_and_a_table_and_is_not_run_twice() {
     for file in [
         "table.md",
         "table.json",
+        "table.svg",
+        "table.png",
         "rubber/seed-1/controller.safetensors",
         "ice/seed-1/report.json",
     ] {
@@ -52,6 +54,25 @@ fn a_sweep_leaves_runs_and_a_table_and_is_not_run_twice() {
     assert!(said.contains("0 trials finished now, 2 before"), "{said}");
     let markdown = String::from_utf8_lossy(&again.stdout);
     assert!(markdown.contains("| ice | 1 | 1 |"), "{markdown}");
+}
+
+#[test]
+fn parts_of_a_grid_run_by_themselves_and_make_one_table() {
+    let place = Place::new();
+    let (head, _) = TINY.split_once("[[variants]]").unwrap();
+    place.write(
+        "grid.toml",
+        format!("{head}[vary]\nbody.friction = [0.3, 1.0]\n"),
+    );
+    let first = place.json("sweep grid.toml --part 1/2 --json");
+    assert_eq!(first["trials"].as_array().unwrap().len(), 1);
+    let both = place.json("sweep grid.toml --part 2/2 --json");
+    assert_eq!(both["trials"].as_array().unwrap().len(), 2);
+    assert_eq!(both["variants"][1]["values"]["body.friction"], "1.0");
+    let svg = String::from_utf8(place.read("runs/tiny-sweep/table.svg")).unwrap();
+    assert!(svg.contains("friction=0.3") && svg.contains("criteria met"));
+    place.refused("sweep grid.toml --part 3/2", &["K/N"]);
+    place.refused("sweep grid.toml --part 0/2", &["K/N"]);
 }
 
 #[test]

@@ -2,29 +2,7 @@
 //! changes nothing, that Ctrl-C loses nothing, and bad input.
 
 mod common;
-use common::Place;
-
-const TINY: &str = r#"
-name = "tiny run"
-base = "fast"
-seed = 5
-[[curriculum.phases]]
-name = "only"
-steps = 6000
-omega_v = [-0.2, 0.2]
-[learner]
-actor_hidden = [8]
-critic_hidden = [8]
-batch_size = 32
-threads = 1
-[training]
-environments = 4
-steps_per_update = 8
-learning_starts = 1000
-evaluation_interval_steps = 3000
-checkpoint_interval_steps = 6000
-replay_capacity = 6000
-"#;
+use common::{Place, TINY};
 
 fn place_with_recipe() -> Place {
     let place = Place::new();
@@ -149,26 +127,33 @@ fn an_interrupt_writes_a_checkpoint_to_go_on_from() {
         "long.toml",
         TINY.replace("steps = 6000", "steps = 100_000_000"),
     );
-    let mut child = place
-        .command("train long.toml --out run")
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(child.stderr.take().unwrap());
-    // Its first line comes after the handler is in place.
-    let mut first = String::new();
-    lines.read_line(&mut first).unwrap();
-    assert!(first.contains("run in run"), "{first}");
-    let interrupted = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(interrupted.unwrap().success());
-    let mut rest = String::new();
-    lines.read_to_string(&mut rest).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest}");
-    assert!(rest.contains("gaitshift train --resume run"), "{rest}");
-    place.stdout("train --resume run --steps 1");
+    // Ctrl-C, and what batch systems send before a job's time is over.
+    for signal in ["INT", "TERM", "USR1"] {
+        let run = format!("run-{signal}");
+        let mut child = place
+            .command(&format!("train long.toml --out {run}"))
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stderr.take().unwrap());
+        // Its first line comes after the handler is in place.
+        let mut first = String::new();
+        lines.read_line(&mut first).unwrap();
+        assert!(first.contains(&format!("run in {run}")), "{first}");
+        let interrupted = Command::new("kill")
+            .args([&format!("-{signal}"), &child.id().to_string()])
+            .status();
+        assert!(interrupted.unwrap().success());
+        let mut rest = String::new();
+        lines.read_to_string(&mut rest).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{rest}");
+        assert!(
+            rest.contains(&format!("gaitshift train --resume {run}")),
+            "{rest}"
+        );
+        place.stdout(&format!("train --resume {run} --steps 1"));
+    }
 }
 
 #[test]

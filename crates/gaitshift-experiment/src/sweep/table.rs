@@ -1,12 +1,14 @@
 //! What the trials of a sweep reached, trial by trial and variant by variant.
 
-use super::Sweep;
+use super::{Sweep, Variant, is_finished};
 use crate::acceptance::Criteria;
+use crate::config::Experiment;
 use crate::evaluations::{EvaluatedChange, EvaluatedMotion, Evaluation};
 use crate::run_folder::TrainingError;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::statistics::{bootstrap_interval, interquartile_mean, mean};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -21,7 +23,7 @@ const CHANGES_WANTED: f64 = 0.8;
 pub struct SweepTable {
     /// Name of the sweep.
     pub name: String,
-    /// One per variant, the reference first.
+    /// One per variant: the reference first, without one the best first.
     pub variants: Vec<VariantSummary>,
     /// One per trial that has been evaluated at least once.
     pub trials: Vec<TrialSummary>,
@@ -34,6 +36,9 @@ pub struct VariantSummary {
     pub variant: String,
     /// Why it was tried.
     pub reason: String,
+    /// Where keys vary, each key with its value in TOML.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub values: BTreeMap<String, String>,
     /// Number of seeds evaluated so far.
     pub seeds: usize,
     /// Number of those that took all their steps.
@@ -61,6 +66,14 @@ pub struct Estimate {
     pub value: f64,
     /// Its bootstrap interval, 95 %.
     pub interval: [f64; 2],
+}
+
+impl std::fmt::Display for Estimate {
+    /// The figure and its interval, to a tenth.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [low, high] = self.interval;
+        write!(f, "{:.1} [{low:.1}, {high:.1}]", self.value)
+    }
 }
 
 /// One trial.
@@ -91,6 +104,8 @@ pub struct EvaluationSummary {
     pub step: u64,
     /// Criteria met.
     pub met: usize,
+    /// Number of criteria.
+    pub criteria: usize,
     /// Gait at the lowest command.
     pub slow_gait: String,
     /// Froude number there.
@@ -135,6 +150,7 @@ impl EvaluationSummary {
         Self {
             step: e.step,
             met: e.met,
+            criteria: e.checks.len(),
             all: is(slow, GaitClass::Walking) && is(fast, GaitClass::Running) && changes,
             changes,
             slow_gait: gait(slow),
@@ -148,67 +164,117 @@ impl EvaluationSummary {
     }
 }
 
+impl TrialSummary {
+    /// The run in a folder; nothing if it has not been evaluated yet.
+    fn read(run: &Path, variant: &str, seed: u64) -> Result<Option<Self>, TrainingError> {
+        let evaluations = Evaluation::read_all(run)?;
+        let best = Evaluation::best(&evaluations);
+        let (Some(best), Some(last)) = (best, evaluations.last()) else {
+            return Ok(None);
+        };
+        let late = &evaluations[evaluations.len() - evaluations.len().div_ceil(4)..];
+        let late: Vec<f64> = late.iter().map(|e| e.met as f64).collect();
+        Ok(Some(Self {
+            variant: variant.to_owned(),
+            seed,
+            finished: is_finished(run)?,
+            elapsed_s: last.elapsed_s,
+            evaluations: evaluations.len(),
+            best: EvaluationSummary::of(best),
+            last: EvaluationSummary::of(last),
+            late_met: mean(&late).unwrap_or_default(),
+        }))
+    }
+}
+
 impl SweepTable {
     pub(super) fn read(sweep: &Sweep, folder: &Path) -> Result<Self, TrainingError> {
         let mut trials = Vec::new();
         for trial in &sweep.trials {
             let at = folder.join(&trial.folder);
-            let evaluations = Evaluation::read_all(&at)?;
-            let best = Evaluation::best(&evaluations);
-            let (Some(best), Some(last)) = (best, evaluations.last()) else {
-                continue;
-            };
-            let late = &evaluations[evaluations.len() - evaluations.len().div_ceil(4)..];
-            let late: Vec<f64> = late.iter().map(|e| e.met as f64).collect();
-            trials.push(TrialSummary {
-                variant: sweep.variants[trial.variant].name.clone(),
-                seed: trial.experiment.seed,
-                finished: trial.is_finished(&at)?,
-                elapsed_s: last.elapsed_s,
-                evaluations: evaluations.len(),
-                best: EvaluationSummary::of(best),
-                last: EvaluationSummary::of(last),
-                late_met: mean(&late).unwrap_or_default(),
-            });
+            let variant = &sweep.variants[trial.variant].name;
+            // A folder of other settings has no place in the table.
+            trial.is_finished(&at)?;
+            trials.extend(TrialSummary::read(&at, variant, trial.experiment.seed)?);
         }
-        let reference = sweep.variants.first().map(|v| of_variant(&trials, &v.name));
-        let reference = reference.unwrap_or_default();
-        let variants = sweep.variants.iter().map(|variant| {
-            let own = of_variant(&trials, &variant.name);
-            let count = |holds: &dyn Fn(&EvaluationSummary) -> bool| {
-                own.iter().filter(|t| holds(&t.best)).count()
-            };
-            let figures = |of: &dyn Fn(&TrialSummary) -> f64| {
-                let values: Vec<f64> = own.iter().map(|t| of(t)).collect();
-                estimate(&values, interquartile_mean)
-            };
-            let differences: Vec<f64> = own
-                .iter()
-                .filter_map(|t| {
-                    let same = reference.iter().find(|r| r.seed == t.seed)?;
-                    Some(t.best.met as f64 - same.best.met as f64)
-                })
-                .collect();
-            let is_reference = variant.name == sweep.variants[0].name;
-            VariantSummary {
-                variant: variant.name.clone(),
-                reason: variant.reason.clone(),
-                seeds: own.len(),
-                finished: own.iter().filter(|t| t.finished).count(),
-                best_met: figures(&|t| t.best.met as f64),
-                late_met: figures(&|t| t.late_met),
-                effect: estimate(&differences, mean).filter(|_| !is_reference),
-                walk: count(&|e| e.slow_gait == "walking"),
-                run: count(&|e| e.fast_gait == "running"),
-                change: count(&|e| e.changes),
-                all: count(&|e| e.all),
+        let name = sweep.name.clone();
+        Ok(Self::of(name, &sweep.variants, sweep.reference, trials))
+    }
+
+    /// The table of any runs: those of one experiment's name are the seeds of one variant, the first of them the
+    /// reference.
+    ///
+    /// # Errors
+    /// A folder that holds no run, or a file that cannot be read.
+    pub fn of_runs(name: &str, runs: &[&Path]) -> Result<Self, TrainingError> {
+        let (mut variants, mut trials): (Vec<Variant>, Vec<TrialSummary>) = Default::default();
+        for run in runs {
+            let experiment = Experiment::read(&run.join("config.toml"))?;
+            if variants.iter().all(|v| v.name != experiment.name) {
+                variants.push(Variant {
+                    name: experiment.name.clone(),
+                    reason: String::new(),
+                    values: Vec::new(),
+                });
             }
-        });
-        Ok(Self {
-            name: sweep.name.clone(),
-            variants: variants.collect(),
+            trials.extend(TrialSummary::read(run, &experiment.name, experiment.seed)?);
+        }
+        Ok(Self::of(name.to_owned(), &variants, true, trials))
+    }
+
+    fn of(
+        name: String,
+        variants: &[Variant],
+        has_reference: bool,
+        trials: Vec<TrialSummary>,
+    ) -> Self {
+        let reference = variants.first().filter(|_| has_reference);
+        let reference_trials = reference.map(|v| of_variant(&trials, &v.name));
+        let reference_trials = reference_trials.unwrap_or_default();
+        let mut summaries: Vec<VariantSummary> = variants
+            .iter()
+            .map(|variant| {
+                let own = of_variant(&trials, &variant.name);
+                let count = |holds: &dyn Fn(&EvaluationSummary) -> bool| {
+                    own.iter().filter(|t| holds(&t.best)).count()
+                };
+                let figures = |of: &dyn Fn(&TrialSummary) -> f64| {
+                    let values: Vec<f64> = own.iter().map(|t| of(t)).collect();
+                    estimate(&values, interquartile_mean)
+                };
+                let differences: Vec<f64> = own
+                    .iter()
+                    .filter_map(|t| {
+                        let same = reference_trials.iter().find(|r| r.seed == t.seed)?;
+                        Some(t.best.met as f64 - same.best.met as f64)
+                    })
+                    .collect();
+                let is_reference = reference.is_some_and(|v| v.name == variant.name);
+                VariantSummary {
+                    variant: variant.name.clone(),
+                    reason: variant.reason.clone(),
+                    values: variant.values.iter().cloned().collect(),
+                    seeds: own.len(),
+                    finished: own.iter().filter(|t| t.finished).count(),
+                    best_met: figures(&|t| t.best.met as f64),
+                    late_met: figures(&|t| t.late_met),
+                    effect: estimate(&differences, mean).filter(|_| !is_reference),
+                    walk: count(&|e| e.slow_gait == "walking"),
+                    run: count(&|e| e.fast_gait == "running"),
+                    change: count(&|e| e.changes),
+                    all: count(&|e| e.all),
+                }
+            })
+            .collect();
+        if !has_reference {
+            let met = |v: &VariantSummary| v.best_met.map_or(f64::NEG_INFINITY, |e| e.value);
+            summaries.sort_by(|a, b| met(b).total_cmp(&met(a)));
+        }
+        Self {
+            name,
+            variants: summaries,
             trials,
-        })
+        }
     }
 
     /// As Markdown: the variants, then the trials.
@@ -217,20 +283,14 @@ impl SweepTable {
             "# Sweep {}\n\n\
              Seeds are the unit. `best` is the controller of a run that its evaluations score highest, `late` the mean \
              over the last quarter of its evaluations; both are criteria met, interquartile mean over seeds with a \
-             95 % bootstrap interval. `effect` is the difference of `best` to the first row, seed by seed. `walks`, \
+             95 % bootstrap interval. `effect` is the difference of `best` to the reference, the first \
+             variant of the file, seed by seed; settings drawn at random have none and stand best first. `walks`, \
              `runs`, `changes`, `all` count seeds whose best controller does so.\n\n\
              | variant | seeds | finished | best | late | effect | walks | runs | changes | all |\n\
              | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
             self.name
         );
-        let shown = |e: &Option<Estimate>| {
-            e.map_or("–".to_owned(), |e| {
-                format!(
-                    "{:.1} [{:.1}, {:.1}]",
-                    e.value, e.interval[0], e.interval[1]
-                )
-            })
-        };
+        let shown = |e: &Option<Estimate>| e.map_or("–".to_owned(), |e| e.to_string());
         for v in &self.variants {
             let _ = writeln!(
                 text,

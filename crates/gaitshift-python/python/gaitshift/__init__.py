@@ -3,6 +3,8 @@
 - ``gymnasium.make("gaitshift/PassiveBiped-v0")`` and ``gymnasium.make_vec(...)``: the task as an environment;
   see :class:`gaitshift.env.PassiveBipedEnv` and :class:`gaitshift.vector.PassiveBipedVectorEnv`.
 - :class:`Controller`: a trained controller, to act, to record motions, to export as ONNX.
+- :func:`train` and :class:`Run`: training runs and their folders.
+- :class:`SAC`: the learner alone, for any environment with continuous actions.
 - :class:`Recording`: a recorded motion as arrays, with the analysis of gaits.
 - :class:`Body`: the mechanism alone: accelerations, integration, energies, MJCF.
 
@@ -24,7 +26,9 @@ from gaitshift._native import (
     __version__,
     reward_terms,
 )
+from gaitshift._training import Evaluation, Progress, Run, train
 from gaitshift.env import PassiveBipedEnv
+from gaitshift.sac import SAC
 from gaitshift.vector import PassiveBipedVectorEnv
 
 __all__ = [
@@ -32,13 +36,18 @@ __all__ = [
     "INFO_NAMES",
     "OBSERVATION_NAMES",
     "OBSERVATION_SCALE",
+    "SAC",
     "Body",
     "Controller",
+    "Evaluation",
     "PassiveBipedEnv",
     "PassiveBipedVectorEnv",
+    "Progress",
     "Recording",
+    "Run",
     "__version__",
     "reward_terms",
+    "train",
 ]
 
 # The task has a time limit of its own (`task.termination.time_limit_s`), so no wrapper counts steps.

@@ -1,6 +1,6 @@
 """The compiled part of the package. Users meet `Body` and `reward_terms`; the rest is wrapped."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypedDict
 
 import numpy as np
@@ -121,6 +121,66 @@ class Controller:
         seed: int | None = None,
         body: Mapping[str, Any] | None = None,
     ) -> Recording: ...
+
+def train(
+    experiment: str,
+    callback: Callable[..., object],
+    *,
+    set: Sequence[str],
+    seed: int | None,
+    out: str | None,
+    threads: int | None,
+    steps: int | None,
+    stop_when_accepted: bool,
+) -> str:
+    """Trains and gives the run's folder. `set` holds KEY=VALUE. `callback(what, value, evaluation)` is called with
+    "progress", "evaluation" (value: a dict) or "note" (value: a text)."""
+
+def resume(folder: str, callback: Callable[..., object], *, threads: int | None, steps: int | None) -> None: ...
+def run_config(folder: str) -> dict[str, Any]: ...
+def train_trial(config: str, command: str, out: str, callback: Callable[..., object]) -> None:
+    """Trains a trial of a sweep from its whole configuration."""
+
+def sweep_trials(file: str) -> dict[str, Any]:
+    """A sweep's name, folder, command and trials: folder, configuration and threads of each."""
+
+def sweep_table(file: str, folder: str) -> tuple[str, str]:
+    """A sweep's table as Markdown and as JSON."""
+
+
+class Sac:
+    def __init__(
+        self,
+        observation_size: int,
+        action_size: int,
+        environments: int,
+        capacity: int,
+        seed: int,
+        settings: Mapping[str, Any],
+    ) -> None: ...
+    @staticmethod
+    def load(folder: str) -> Sac: ...
+    def save(self, folder: str, more: Sequence[tuple[str, str]]) -> None: ...
+    def act(self, observations: NDArray[np.float32], deterministic: bool) -> NDArray[np.float32]: ...
+    def observe(
+        self,
+        observations: NDArray[np.float32],
+        actions: NDArray[np.float32],
+        rewards: NDArray[np.float32],
+        next_observations: NDArray[np.float32],
+        terminated: NDArray[np.bool_],
+        truncated: NDArray[np.bool_],
+    ) -> None: ...
+    def update(self, count: int) -> dict[str, float]: ...
+    @property
+    def settings(self) -> dict[str, Any]: ...
+    @property
+    def sizes(self) -> list[int]: ...
+    @property
+    def updates(self) -> int: ...
+    @property
+    def stored(self) -> int: ...
+    def set_learning_rate(self, learning_rate: float) -> None: ...
 
 class Batch:
     def __init__(

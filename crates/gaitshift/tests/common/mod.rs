@@ -8,6 +8,9 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
+/// An experiment of seconds.
+pub const TINY: &str = include_str!("../tiny.toml");
+
 /// A folder to run the program in.
 pub struct Place {
     folder: TempDir,
@@ -55,6 +58,24 @@ impl Place {
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(0), "{arguments}: {stderr}");
         String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// The commands that the help of `command` lists; the program's own for an empty one.
+    pub fn commands(&self, command: &str) -> Vec<String> {
+        let help = self.stdout(&format!("{command} --help"));
+        let listed = help
+            .lines()
+            .skip_while(|line| !["Commands:", "Formats:"].contains(line))
+            .skip(1)
+            .take_while(|line| !line.is_empty())
+            // Names are indented by two spaces, the rest of a description by more.
+            .filter_map(|line| {
+                line.strip_prefix("  ")
+                    .filter(|line| !line.starts_with(' '))
+            })
+            .filter_map(|line| line.split_whitespace().next())
+            .filter(|name| *name != "help");
+        listed.map(str::to_owned).collect()
     }
 
     /// The single JSON object that the program prints.
