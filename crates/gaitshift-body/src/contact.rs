@@ -12,15 +12,18 @@
 //!
 //! Both only take energy away: the elastic part `k δⁿ` stores and returns it, the remainder
 //! `(f_n - k δⁿ) δ̇` is never negative, nor is `-f_t v_t`.
+//!
+//! On ground that is not flat, normal and tangent are those of the place nearest to the sphere's centre
+//! ([`Terrain`]).
 
-use crate::BodyParameters;
+use crate::{BodyParameters, Terrain};
 
 /// What the ground does to one foot at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FootContact {
-    /// Tangential force on the foot (forward positive), in N.
+    /// Forward force on the foot, in N: on flat ground the tangential one.
     pub tangential_n: f64,
-    /// Normal force on the foot (up positive), in N.
+    /// Upward force on the foot, in N: on flat ground the normal one.
     pub normal_n: f64,
     /// Moment of both about the hip axis, in the sense of the leg angle, in N m.
     pub moment_nm: f64,
@@ -117,16 +120,13 @@ impl Sole {
             let x = self.arc_m * sin_a;
             let z = -self.arc_m * cos_a;
             let depth_rate = -(arc.z_dot + arc.psi_dot * x);
-            let elastic = if self.exponent == 1.0 {
-                self.stiffness * depth
-            } else {
-                self.stiffness * depth.powf(self.exponent)
-            };
-            let normal = (elastic * (1.0 + self.dissipation * depth_rate)).max(0.0);
             // Material velocity of the lowest point of the sphere.
             let slip = arc.x_dot + arc.psi_dot * (self.sphere_m - z);
-            let tangential =
-                -self.friction * normal * slip / (slip * slip + self.smoothing_squared).sqrt();
+            let Pressed {
+                elastic,
+                normal,
+                tangential,
+            } = self.press(depth, depth_rate, slip);
             // Lever of the contact point about the hip: (v_x, v_z) turns into (-v_z, v_x).
             let lever_x = arc.from_hip.0 + x;
             let lever_z = arc.from_hip.1 + z - self.sphere_m;
@@ -140,6 +140,84 @@ impl Sole {
         sum
     }
 
+    /// Forces on a sphere that is `depth` within the ground.
+    #[inline(always)]
+    fn press(&self, depth: f64, depth_rate: f64, slip: f64) -> Pressed {
+        let elastic = if self.exponent == 1.0 {
+            self.stiffness * depth
+        } else {
+            self.stiffness * depth.powf(self.exponent)
+        };
+        let normal = (elastic * (1.0 + self.dissipation * depth_rate)).max(0.0);
+        let tangential =
+            -self.friction * normal * slip / (slip * slip + self.smoothing_squared).sqrt();
+        Pressed {
+            elastic,
+            normal,
+            tangential,
+        }
+    }
+
+    /// [`Sole::contact`] on ground that is not flat; the arc's height counts from 0 and `x_m` is its place.
+    pub fn contact_on(&self, terrain: &Terrain, arc: &ArcMotion, x_m: f64) -> FootContact {
+        let mut sum = FootContact::default();
+        let (from, to) = self.reach(x_m);
+        let pieces = terrain.between(from, to);
+        let highest = terrain.range(pieces.clone(), from, to).1;
+        if arc.height - self.arc_m - self.sphere_m >= highest {
+            return sum;
+        }
+        for &(sin_b, cos_b) in &self.directions {
+            let x = self.arc_m * (arc.sin_psi * cos_b + arc.cos_psi * sin_b);
+            let z = -self.arc_m * (arc.cos_psi * cos_b - arc.sin_psi * sin_b);
+            if arc.height + z - self.sphere_m >= highest {
+                continue;
+            }
+            let nearest = terrain.nearest(pieces.clone(), x_m + x, arc.height + z);
+            let depth = self.sphere_m - nearest.distance;
+            if depth <= 0.0 {
+                continue;
+            }
+            let (nx, nz) = nearest.normal;
+            // Velocity of the sphere's centre, and that of its point on the ground.
+            let centre = (arc.x_dot - arc.psi_dot * z, arc.z_dot + arc.psi_dot * x);
+            let depth_rate = -(centre.0 * nx + centre.1 * nz);
+            let slip = centre.0 * nz - centre.1 * nx + arc.psi_dot * self.sphere_m;
+            let f = self.press(depth, depth_rate, slip);
+            let forward = f.normal * nx + f.tangential * nz;
+            let up = f.normal * nz - f.tangential * nx;
+            let lever_x = arc.from_hip.0 + x - self.sphere_m * nx;
+            let lever_z = arc.from_hip.1 + z - self.sphere_m * nz;
+            sum.tangential_n += forward;
+            sum.normal_n += up;
+            sum.moment_nm += up * lever_x - forward * lever_z;
+            sum.elastic_j += f.elastic * depth / (self.exponent + 1.0);
+            sum.normal_loss_w += (f.normal - f.elastic) * depth_rate;
+            sum.friction_loss_w -= f.tangential * slip;
+        }
+        sum
+    }
+
+    /// How far the ground can touch a sole whose arc's centre is at `x_m`, and as far again as a sphere is wide.
+    fn reach(&self, x_m: f64) -> (f64, f64) {
+        let half = self.arc_m + 2.0 * self.sphere_m;
+        (x_m - half, x_m + half)
+    }
+
+    /// Least distance of the spheres from ground that is not flat, in m, negative within it.
+    pub fn clearance(&self, terrain: &Terrain, psi: f64, (x_m, z_m): (f64, f64)) -> f64 {
+        let (sin_psi, cos_psi) = psi.sin_cos();
+        let (from, to) = self.reach(x_m);
+        let pieces = terrain.between(from, to);
+        let distance = |(sin_b, cos_b): &(f64, f64)| {
+            let x = self.arc_m * (sin_psi * cos_b + cos_psi * sin_b);
+            let z = -self.arc_m * (cos_psi * cos_b - sin_psi * sin_b);
+            terrain.nearest(pieces.clone(), x_m + x, z_m + z).distance - self.sphere_m
+        };
+        let distances = self.directions.iter().map(distance);
+        distances.fold(f64::INFINITY, f64::min)
+    }
+
     /// Height of the arc's centre at which the lowest sphere just touches, for the leg angle ψ.
     pub fn touching_height(&self, psi: f64) -> f64 {
         let (sin_psi, cos_psi) = psi.sin_cos();
@@ -150,6 +228,13 @@ impl Sole {
             .fold(f64::NEG_INFINITY, f64::max);
         self.arc_m * lowest + self.sphere_m
     }
+}
+
+/// Forces on one sphere, in N: elastic and whole normal force, and the tangential one.
+struct Pressed {
+    elastic: f64,
+    normal: f64,
+    tangential: f64,
 }
 
 fn arc_layout(p: &BodyParameters) -> (f64, f64) {

@@ -23,7 +23,7 @@
 
 use crate::contact::{ArcMotion, Sole};
 use crate::energy::EnergyAccount;
-use crate::{BodyParameters, BodyState, FootContact, LegState, ParameterError};
+use crate::{BodyParameters, BodyState, FootContact, LegState, ParameterError, Terrain};
 
 /// The body, ready to simulate: validated parameters and what follows from them.
 #[derive(Debug, Clone)]
@@ -32,6 +32,8 @@ pub struct Body {
     sole: Sole,
     leg_mass: f64,
     leg_inertia: f64,
+    /// The ground where it is not flat.
+    terrain: Option<Box<Terrain>>,
 }
 
 /// Mass moments of one leg about the hip axis.
@@ -143,7 +145,26 @@ impl Body {
                 + parameters.tibia_inertia_kg_m2
                 + parameters.foot_inertia_kg_m2,
             parameters,
+            terrain: None,
         })
+    }
+
+    /// The same body on another ground.
+    pub fn on(self, terrain: Terrain) -> Self {
+        Self {
+            terrain: (!terrain.is_flat()).then(|| Box::new(terrain)),
+            ..self
+        }
+    }
+
+    /// The ground, where it is not flat.
+    pub fn terrain(&self) -> Option<&Terrain> {
+        self.terrain.as_deref()
+    }
+
+    /// Height of the ground at `x`, in m.
+    pub fn ground_height(&self, x: f64) -> f64 {
+        self.terrain.as_ref().map_or(0.0, |t| t.height(x))
     }
 
     /// The parameters of this body.
@@ -188,10 +209,10 @@ impl Body {
         let p = &self.parameters;
         let along = p.leg_length_m - p.foot_arc_radius_m + leg.foot;
         let height = s.z - along * cos_psi;
-        if height >= p.foot_arc_radius_m {
+        if height >= p.foot_arc_radius_m && self.terrain.is_none() {
             return FootContact::default();
         }
-        self.sole.contact(&ArcMotion {
+        let arc = ArcMotion {
             height,
             from_hip: (along * sin_psi, -along * cos_psi),
             x_dot: s.x_dot + leg.foot_dot * sin_psi + along * leg.psi_dot * cos_psi,
@@ -200,7 +221,18 @@ impl Body {
             sin_psi,
             cos_psi,
             psi_dot: leg.psi_dot,
-        })
+        };
+        match &self.terrain {
+            None => self.sole.contact(&arc),
+            Some(terrain) => self.contact_on(terrain, &arc, s.x + arc.from_hip.0),
+        }
+    }
+
+    /// Kept out of line, so that flat ground pays for a look at a pointer and no more.
+    #[cold]
+    #[inline(never)]
+    fn contact_on(&self, terrain: &Terrain, arc: &ArcMotion, x_m: f64) -> FootContact {
+        self.sole.contact_on(terrain, arc, x_m)
     }
 
     /// Height of the hip axis, in m, at which the lower sole just touches the ground.
@@ -210,7 +242,40 @@ impl Body {
             (p.leg_length_m - p.foot_arc_radius_m + leg.foot) * leg.psi.cos()
                 + self.sole.touching_height(leg.psi)
         };
-        height(&s.legs[0]).max(height(&s.legs[1]))
+        let on_flat = height(&s.legs[0]).max(height(&s.legs[1]));
+        match &self.terrain {
+            None => on_flat,
+            Some(terrain) => self.lowest_hip_height_on(terrain, s, on_flat),
+        }
+    }
+
+    /// The same on ground that is not flat, by bisection between its lowest and its highest point below the body.
+    fn lowest_hip_height_on(&self, terrain: &Terrain, s: &BodyState, on_flat: f64) -> f64 {
+        let p = &self.parameters;
+        let along = |leg: &LegState| p.leg_length_m - p.foot_arc_radius_m + leg.foot;
+        let clears = |z: f64| {
+            s.legs.iter().all(|leg| {
+                let (sin_psi, cos_psi) = leg.psi.sin_cos();
+                let along = along(leg);
+                let centre = (s.x + along * sin_psi, z - along * cos_psi);
+                self.sole.clearance(terrain, leg.psi, centre) >= 0.0
+            })
+        };
+        let reach = p.foot_arc_radius_m + along(&s.legs[0]).abs().max(along(&s.legs[1]).abs());
+        let (from, to) = (s.x - reach, s.x + reach);
+        let range = terrain.range(terrain.between(from, to), from, to);
+        let (mut low, mut high) = (on_flat + range.0, on_flat + range.1);
+        loop {
+            let middle = 0.5 * (low + high);
+            if !(low < middle && middle < high) {
+                return high;
+            }
+            if clears(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
     }
 
     /// Accelerations in a state under actuator forces in N (not limited here).

@@ -23,9 +23,11 @@ mod dynamics;
 mod energy;
 mod parameters;
 mod state;
+mod terrain;
 
 pub use contact::{FootContact, sphere_center};
 pub use dynamics::{Accelerations, AdvanceReport, Body, LegForces};
 pub use energy::{EnergyAccount, MechanicalEnergy, Momentum};
 pub use parameters::{BodyParameters, ParameterError};
 pub use state::{BodyState, LEFT, LegState, RIGHT};
+pub use terrain::Terrain;

@@ -38,7 +38,7 @@ pub struct LegState {
 pub struct BodyState {
     /// Hip axis, forward, in m.
     pub x: f64,
-    /// Hip axis, up from the ground, in m.
+    /// Hip axis, up from the flat ground, in m.
     pub z: f64,
     /// Pitch of the hip segment, in rad; the same sense as the leg angles.
     pub theta: f64,
@@ -84,10 +84,14 @@ impl BodyState {
 
     /// The body upright on straight legs at rest, its soles just touching the ground.
     pub fn standing(body: &Body) -> Self {
-        Self {
+        let mut state = Self {
             z: body.parameters().leg_length_m,
             ..Self::default()
+        };
+        if body.terrain().is_some() {
+            state.z = body.lowest_hip_height(&state);
         }
+        state
     }
 
     /// The body at rest with the given leg angles, its lower sole just touching the ground.

@@ -18,7 +18,7 @@ pub enum EndReason {
     TimeLimit,
     /// |θ| passed its limit.
     Pitch,
-    /// The hip sank below its lowest height.
+    /// The hip sank below its lowest height over the ground.
     HipHeight,
     /// The simulation diverged: the step is not to be learned from.
     Diverged,
@@ -147,7 +147,12 @@ impl Environment {
         command: [f64; 2],
     ) -> StepOutcome {
         let steps = task.steps_per_period(body.parameters());
-        self.step_in_parts(body, task, reward, &[(command, steps)], None)
+        let part = Part {
+            command,
+            push_n: None,
+            steps,
+        };
+        self.step_in_parts(body, task, reward, &[part])
     }
 
     /// [`Environment::step`] while an external force, forward and up in N, pushes the hip axis.
@@ -160,7 +165,12 @@ impl Environment {
         push_n: [f64; 2],
     ) -> StepOutcome {
         let steps = task.steps_per_period(body.parameters());
-        self.step_in_parts(body, task, reward, &[(command, steps)], Some(push_n))
+        let part = Part {
+            command,
+            push_n: Some(push_n),
+            steps,
+        };
+        self.step_in_parts(body, task, reward, &[part])
     }
 
     /// Goes on with another body in the same state. The account begins anew, and what the change did to the
@@ -170,22 +180,21 @@ impl Environment {
         self.account = EnergyAccount::default();
     }
 
-    /// Advances one control period in which commands follow each other, each held for its number of
-    /// integration steps.
-    fn step_in_parts(
+    /// Advances one control period whose parts follow each other.
+    pub(crate) fn step_in_parts(
         &mut self,
         body: &Body,
         task: &TaskParameters,
         reward: &RewardParameters,
-        parts: &[([f64; 2], u32)],
-        push_n: Option<[f64; 2]>,
+        parts: &[Part],
     ) -> StepOutcome {
         let before = self.account;
         let mut report = AdvanceReport::default();
         let mut done = 0;
-        for &(command, steps) in parts.iter().filter(|(_, steps)| *steps > 0) {
+        for part in parts.iter().filter(|part| part.steps > 0) {
+            let &Part { command, steps, .. } = part;
             let (state, account) = (&mut self.state, &mut self.account);
-            let next = match push_n {
+            let next = match part.push_n {
                 None => body.advance(state, command, steps, account),
                 Some(push_n) => body.advance_pushed(state, command, push_n, steps, account),
             };
@@ -222,7 +231,7 @@ impl Environment {
         let rule = &task.termination;
         let ended = if self.state.theta.abs() > rule.pitch_limit_rad {
             Some(EndReason::Pitch)
-        } else if self.state.z < rule.min_hip_height_m {
+        } else if self.state.z - body.ground_height(self.state.x) < rule.min_hip_height_m {
             Some(EndReason::HipHeight)
         } else if self.periods >= task.max_periods() {
             Some(EndReason::TimeLimit)
@@ -238,6 +247,15 @@ impl Environment {
             report,
         }
     }
+}
+
+/// A part of a control period: what the actuators carry out, what pushes the hip (N, forward and up), and for
+/// how many integration steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Part {
+    pub command: [f64; 2],
+    pub push_n: Option<[f64; 2]>,
+    pub steps: u32,
 }
 
 /// Front and rear leg at the given angles, the lower foot `drop` above the ground, the hip moving
@@ -386,13 +404,11 @@ impl EnvironmentBatch {
     /// its sensors' error.
     pub fn observation(&self, i: usize, omega_v: f64) -> [f64; OBSERVATION_SIZE] {
         let member = &self.members[i];
-        let mut observation = observe(&member.environment.state, omega_v);
-        if let Some(conditions) = &member.episode.conditions {
-            for (value, error) in observation.iter_mut().zip(conditions.error) {
-                *value += error;
-            }
+        let observation = observe(&member.environment.state, omega_v);
+        match &member.episode.conditions {
+            Some(conditions) => conditions.sensed(observation),
+            None => observation,
         }
-        observation
     }
 
     /// Body, task and the environments one by one, for threads that step them side by side ([`Member::step`]).
@@ -515,8 +531,12 @@ impl Member {
                 let steps = task.steps_per_period(body.parameters());
                 let (part, early, late) = conditions.delay(command, steps);
                 conditions.sense(&mut episode.rng);
-                let parts = [(early, part), (late, steps - part)];
-                environment.step_in_parts(body, task, &settings.reward, &parts, None)
+                let parts = [(early, part), (late, steps - part)].map(|(command, steps)| Part {
+                    command,
+                    push_n: None,
+                    steps,
+                });
+                environment.step_in_parts(body, task, &settings.reward, &parts)
             }
         };
         outcome.terms.symmetry = symmetry;

@@ -3,6 +3,7 @@
 //! and a vector of them with automatic resets for everybody else.
 
 mod curriculum;
+mod disturbance;
 mod environment;
 mod observation;
 mod parameters;
@@ -11,6 +12,9 @@ mod reward;
 mod vector;
 
 pub use curriculum::{CommandDraw, Curriculum, Phase, PhaseSettings};
+pub use disturbance::{
+    Disturbance, Disturbed, Push, TerrainParameters, TerrainStep, UnevenGround,
+};
 pub use environment::{
     BatchState, EndReason, Environment, EnvironmentBatch, FinishedEpisode, Member, StepOutcome,
 };

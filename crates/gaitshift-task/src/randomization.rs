@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
 /// Longest delay of the actuators, in s.
-const LONGEST_LATENCY_S: f64 = 1.0;
+pub(crate) const LONGEST_LATENCY_S: f64 = 1.0;
 
 /// What differs from episode to episode. As it stands by default it changes nothing.
 ///
@@ -146,17 +146,46 @@ impl SensorNoise {
         ]
     }
 
-    fn named(&self) -> [(&'static str, f64); 8] {
-        [
-            ("x_velocity_m_per_s", self.x_velocity_m_per_s),
-            ("theta_rad", self.theta_rad),
-            ("theta_velocity_rad_per_s", self.theta_velocity_rad_per_s),
-            ("h_m", self.h_m),
-            ("h_velocity_m_per_s", self.h_velocity_m_per_s),
-            ("phi_rad", self.phi_rad),
-            ("phi_velocity_rad_per_s", self.phi_velocity_rad_per_s),
-            ("d_velocity_m_per_s", self.d_velocity_m_per_s),
-        ]
+    /// Names of its fields.
+    pub const NAMES: [&'static str; 8] = [
+        "x_velocity_m_per_s",
+        "theta_rad",
+        "theta_velocity_rad_per_s",
+        "h_m",
+        "h_velocity_m_per_s",
+        "phi_rad",
+        "phi_velocity_rad_per_s",
+        "d_velocity_m_per_s",
+    ];
+
+    /// The field of that name, in its unit.
+    pub fn named_mut(&mut self, name: &str) -> Option<&mut f64> {
+        Some(match name {
+            "x_velocity_m_per_s" => &mut self.x_velocity_m_per_s,
+            "theta_rad" => &mut self.theta_rad,
+            "theta_velocity_rad_per_s" => &mut self.theta_velocity_rad_per_s,
+            "h_m" => &mut self.h_m,
+            "h_velocity_m_per_s" => &mut self.h_velocity_m_per_s,
+            "phi_rad" => &mut self.phi_rad,
+            "phi_velocity_rad_per_s" => &mut self.phi_velocity_rad_per_s,
+            "d_velocity_m_per_s" => &mut self.d_velocity_m_per_s,
+            _ => return None,
+        })
+    }
+
+    /// Checks every field; `key` is the path of this table.
+    pub(crate) fn validate(&self, key: &str) -> Result<(), TaskError> {
+        let mut noise = *self;
+        for name in Self::NAMES {
+            let deviation = noise.named_mut(name).map_or(0.0, |deviation| *deviation);
+            require(
+                deviation.is_finite() && deviation >= 0.0,
+                &format!("{key}.{name}"),
+                deviation,
+                "0 or greater",
+            )?;
+        }
+        Ok(())
     }
 }
 
@@ -173,15 +202,8 @@ impl Randomization {
         }
         let body = self.body.draw(base, rng);
         let latency_s = uniform(self.latency_s, rng);
-        let mut conditions = Conditions {
-            latency_steps: (latency_s / body.time_step_s).round() as u32,
-            body,
-            pending: VecDeque::new(),
-            noise: self.noise,
-            error: [0.0; OBSERVATION_SIZE],
-        };
-        conditions.sense(rng);
-        Some(conditions)
+        let latency_steps = (latency_s / body.time_step_s).round() as u32;
+        Some(Conditions::new(body, latency_steps, self.noise, rng))
     }
 
     /// Checks every field; `key` is the path of this table and `base` the body that factors apply to.
@@ -219,15 +241,7 @@ impl Randomization {
                 });
             }
         }
-        for (name, deviation) in self.noise.named() {
-            require(
-                deviation.is_finite() && deviation >= 0.0,
-                &key(&format!("noise.{name}")),
-                deviation,
-                "0 or greater",
-            )?;
-        }
-        Ok(())
+        self.noise.validate(&key("noise"))
     }
 }
 
@@ -241,10 +255,36 @@ pub(crate) struct Conditions {
     pending: VecDeque<[f64; 2]>,
     noise: SensorNoise,
     /// What the sensors add to the observation now.
-    pub error: [f64; OBSERVATION_SIZE],
+    error: [f64; OBSERVATION_SIZE],
 }
 
 impl Conditions {
+    /// What holds from now on.
+    pub fn new(
+        body: BodyParameters,
+        latency_steps: u32,
+        noise: SensorNoise,
+        rng: &mut impl Rng,
+    ) -> Self {
+        let mut conditions = Self {
+            body,
+            latency_steps,
+            pending: VecDeque::new(),
+            noise,
+            error: [0.0; OBSERVATION_SIZE],
+        };
+        conditions.sense(rng);
+        conditions
+    }
+
+    /// An observation with the sensors' error.
+    pub fn sensed(&self, mut observation: [f64; OBSERVATION_SIZE]) -> [f64; OBSERVATION_SIZE] {
+        for (value, error) in observation.iter_mut().zip(self.error) {
+            *value += error;
+        }
+        observation
+    }
+
     /// Takes the command of a control period of `steps` integration steps. Returns what the actuators carry out
     /// during it: a command for the first so many steps, and one for the rest.
     pub fn delay(&mut self, command: [f64; 2], steps: u32) -> (u32, [f64; 2], [f64; 2]) {

@@ -1,0 +1,417 @@
+//! What disturbs one motion: noise, latency, weak actuators, pushes, ground that is not flat. *Not in the paper.*
+//!
+//! [`Randomization`](crate::Randomization) draws such things for training; here they are given.
+
+use crate::environment::Part;
+use crate::observation::OBSERVATION_SIZE;
+use crate::parameters::require;
+use crate::randomization::{Conditions, LONGEST_LATENCY_S};
+use crate::{
+    Environment, RewardParameters, SensorNoise, StepOutcome, TaskError, TaskParameters, observe,
+};
+use gaitshift_body::{Body, BodyParameters, Terrain};
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
+
+/// Places beyond this, in m, no motion reaches.
+const FARTHEST_M: f64 = 1e4;
+/// Most pieces of uneven ground.
+const MOST_PIECES: f64 = 1e5;
+
+/// Everything that disturbs a motion. As it stands by default it changes nothing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Disturbance {
+    /// Delay from the controller's command to the actuator's force, in s, rounded to whole integration steps. Until the
+    /// first command arrives actuators are without force.
+    pub latency_s: f64,
+    /// Share of its force that the right and the left actuator still have.
+    pub actuator_factor: [f64; 2],
+    /// Noise of the observations.
+    pub noise: SensorNoise,
+    /// Pushes on the hip axis.
+    pub pushes: Vec<Push>,
+    /// The ground.
+    pub terrain: TerrainParameters,
+}
+
+impl Default for Disturbance {
+    fn default() -> Self {
+        Self {
+            latency_s: 0.0,
+            actuator_factor: [1.0; 2],
+            noise: SensorNoise::default(),
+            pushes: Vec::new(),
+            terrain: TerrainParameters::default(),
+        }
+    }
+}
+
+/// A constant force on the hip axis for a while.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Push {
+    /// Forward force, in N.
+    pub forward_n: f64,
+    /// Upward force, in N.
+    pub up_n: f64,
+    /// When it begins, in s since the motion began; rounded to whole integration steps.
+    pub start_s: f64,
+    /// How long it lasts, in s.
+    pub duration_s: f64,
+    /// Phase of the stride at which it begins, in \[0, 1): then `start_s` says from when on the right foot's next touchdown,
+    /// which is phase 0, is waited for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase: Option<f64>,
+}
+
+impl Default for Push {
+    fn default() -> Self {
+        Self {
+            forward_n: 0.0,
+            up_n: 0.0,
+            start_s: 5.0,
+            duration_s: 0.1,
+            phase: None,
+        }
+    }
+}
+
+/// The ground: a slope, steps and unevenness, added to each other.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TerrainParameters {
+    /// Inclination, in rad; positive rises forward.
+    pub slope_rad: f64,
+    /// Where the slope begins, in m; without it the whole ground is inclined.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slope_from_m: Option<f64>,
+    /// Steps with vertical faces.
+    pub steps: Vec<TerrainStep>,
+    /// Heights drawn at random.
+    pub uneven: UnevenGround,
+}
+
+/// A step of the ground with a vertical face.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TerrainStep {
+    /// Its height, in m; negative leads down.
+    pub height_m: f64,
+    /// Where it is, in m.
+    pub at_m: f64,
+}
+
+/// Heights drawn at random, with straight lines between them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct UnevenGround {
+    /// Heights are drawn from plus or minus this, uniformly, in m.
+    pub height_m: f64,
+    /// Distance between two of them, in m.
+    pub spacing_m: f64,
+    /// Where the unevenness begins, in m.
+    pub from_m: f64,
+    /// How far it reaches, in m.
+    pub length_m: f64,
+    /// Seed that draws it.
+    pub seed: u64,
+}
+
+impl Default for UnevenGround {
+    fn default() -> Self {
+        Self {
+            height_m: 0.0,
+            spacing_m: 0.25,
+            from_m: 1.0,
+            length_m: 100.0,
+            seed: 0,
+        }
+    }
+}
+
+impl UnevenGround {
+    /// Corners `(x, z)`; the first and the last one at height 0.
+    fn corners(&self) -> Vec<(f64, f64)> {
+        if self.height_m == 0.0 {
+            return Vec::new();
+        }
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(self.seed);
+        let count = (self.length_m / self.spacing_m).ceil() as usize + 1;
+        let height = |k: usize, rng: &mut Xoshiro256PlusPlus| {
+            if k == 0 || k + 1 == count {
+                0.0
+            } else {
+                self.height_m * (2.0 * rng.random::<f64>() - 1.0)
+            }
+        };
+        let corner = |k: usize| {
+            let x = self.from_m + self.spacing_m * k as f64;
+            (x, height(k, &mut rng))
+        };
+        (0..count).map(corner).collect()
+    }
+}
+
+impl TerrainParameters {
+    /// Whether it is the flat ground.
+    pub fn is_flat(&self) -> bool {
+        self.slope_rad == 0.0
+            && self.steps.iter().all(|s| s.height_m == 0.0)
+            && self.uneven.height_m == 0.0
+    }
+
+    /// The ground; `None` if it is flat, or not valid ([`Disturbance::validate`]).
+    pub fn terrain(&self) -> Option<Terrain> {
+        if self.is_flat() {
+            return None;
+        }
+        let slope = self.slope_rad.tan();
+        let start = self.slope_from_m;
+        let inclined = |x: f64| match start {
+            Some(start) => slope * (x - start).max(0.0),
+            None => slope * x,
+        };
+        let rough = self.uneven.corners();
+        let roughness = |x: f64| {
+            let next = rough.partition_point(|c| c.0 <= x);
+            match (next.checked_sub(1).map(|k| rough[k]), rough.get(next)) {
+                (Some((x0, z0)), Some(&(x1, z1))) => z0 + (z1 - z0) * (x - x0) / (x1 - x0),
+                _ => 0.0,
+            }
+        };
+        let mut steps = self.steps.clone();
+        steps.sort_by(|a, b| a.at_m.total_cmp(&b.at_m));
+        let mut places: Vec<f64> = rough.iter().map(|c| c.0).collect();
+        places.extend(start.iter().chain(steps.iter().map(|s| &s.at_m)));
+        if places.is_empty() {
+            places.push(0.0);
+        }
+        places.sort_by(f64::total_cmp);
+        places.dedup();
+        let mut points = Vec::new();
+        let mut steps = steps.iter().peekable();
+        let mut level = 0.0;
+        for x in places {
+            let base = inclined(x) + roughness(x);
+            points.push((x, base + level));
+            while let Some(step) = steps.next_if(|s| s.at_m <= x) {
+                level += step.height_m;
+            }
+            points.push((x, base + level));
+        }
+        points.dedup();
+        let before = if start.is_some() { 0.0 } else { slope };
+        Terrain::through(&points, before, slope)
+    }
+
+    fn validate(&self, key: &str) -> Result<(), TaskError> {
+        let key = |name: &str| format!("{key}.{name}");
+        let near = |x: f64| x.abs() <= FARTHEST_M;
+        require(
+            self.slope_rad.abs() <= 0.8,
+            &key("slope_rad"),
+            self.slope_rad,
+            "between -0.8 and 0.8",
+        )?;
+        require(
+            self.slope_from_m.is_none_or(near),
+            &key("slope_from_m"),
+            self.slope_from_m.unwrap_or_default(),
+            "between -10000 and 10000",
+        )?;
+        for (k, step) in self.steps.iter().enumerate() {
+            require(
+                step.height_m.abs() <= 1.0,
+                &key(&format!("steps[{k}].height_m")),
+                step.height_m,
+                "between -1 and 1",
+            )?;
+            require(
+                near(step.at_m),
+                &key(&format!("steps[{k}].at_m")),
+                step.at_m,
+                "between -10000 and 10000",
+            )?;
+        }
+        let u = &self.uneven;
+        require(
+            (0.0..=1.0).contains(&u.height_m),
+            &key("uneven.height_m"),
+            u.height_m,
+            "between 0 and 1",
+        )?;
+        require(
+            (0.01..=FARTHEST_M).contains(&u.spacing_m),
+            &key("uneven.spacing_m"),
+            u.spacing_m,
+            "between 0.01 and 10000",
+        )?;
+        require(
+            near(u.from_m),
+            &key("uneven.from_m"),
+            u.from_m,
+            "between -10000 and 10000",
+        )?;
+        require(
+            u.length_m >= 0.0 && u.length_m <= FARTHEST_M && u.length_m / u.spacing_m <= MOST_PIECES,
+            &key("uneven.length_m"),
+            u.length_m,
+            "between 0 and 10000, and at most 100000 times spacing_m",
+        )
+    }
+}
+
+impl Disturbance {
+    /// Whether it changes nothing.
+    pub fn is_none(&self) -> bool {
+        self.terrain.is_flat() && !self.acts()
+    }
+
+    /// Whether it changes anything but the ground.
+    fn acts(&self) -> bool {
+        self.latency_s != 0.0
+            || self.actuator_factor != [1.0; 2]
+            || self.noise != SensorNoise::default()
+            || !self.pushes.is_empty()
+    }
+
+    /// The body on the ground of this disturbance.
+    pub fn place(&self, body: Body) -> Body {
+        match self.terrain.terrain() {
+            Some(terrain) => body.on(terrain),
+            None => body,
+        }
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// The first field out of range.
+    pub fn validate(&self) -> Result<(), TaskError> {
+        require(
+            (0.0..=LONGEST_LATENCY_S).contains(&self.latency_s),
+            "latency_s",
+            self.latency_s,
+            "between 0 and 1",
+        )?;
+        require(
+            self.actuator_factor.iter().all(|f| (0.0..=1.0).contains(f)),
+            "actuator_factor",
+            self.actuator_factor,
+            "[right, left], each between 0 (no force) and 1",
+        )?;
+        self.noise.validate("noise")?;
+        for (k, push) in self.pushes.iter().enumerate() {
+            let key = |name: &str| format!("pushes[{k}].{name}");
+            for (name, force) in [("forward_n", push.forward_n), ("up_n", push.up_n)] {
+                require(
+                    force.abs() <= 1e6,
+                    &key(name),
+                    force,
+                    "between -1e6 and 1e6",
+                )?;
+            }
+            for (name, time) in [("start_s", push.start_s), ("duration_s", push.duration_s)] {
+                require((0.0..=1e6).contains(&time), &key(name), time, "0 or greater")?;
+            }
+            require(
+                push.phase.is_none_or(|phase| (0.0..1.0).contains(&phase)),
+                &key("phase"),
+                push.phase.unwrap_or_default(),
+                "from 0 to below 1",
+            )?;
+        }
+        self.terrain.validate("terrain")
+    }
+}
+
+/// A disturbance at work on one motion: what its delay and its sensors hold at the moment.
+#[derive(Debug, Clone)]
+pub struct Disturbed {
+    conditions: Conditions,
+    rng: Xoshiro256PlusPlus,
+    actuator_factor: [f64; 2],
+    /// Force, and the integration steps between which it acts.
+    pushes: Vec<([f64; 2], std::ops::Range<u64>)>,
+    /// Integration steps since it began.
+    steps: u64,
+}
+
+impl Disturbed {
+    /// Begins now, with noise drawn by `seed`; `None` if nothing but the ground is disturbed. Pushes at a phase of the
+    /// stride are left out: who knows the strides gives their time.
+    pub fn new(disturbance: &Disturbance, body: &BodyParameters, seed: u64) -> Option<Self> {
+        if !disturbance.acts() {
+            return None;
+        }
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        // Another stream than that of the start, which the same seed draws.
+        rng.jump();
+        let steps = |time_s: f64| (time_s / body.time_step_s).round() as u64;
+        let timed = disturbance.pushes.iter().filter(|p| p.phase.is_none());
+        let pushes = timed.map(|p| {
+            let start = steps(p.start_s);
+            ([p.forward_n, p.up_n], start..start + steps(p.duration_s))
+        });
+        Some(Self {
+            conditions: Conditions::new(
+                body.clone(),
+                steps(disturbance.latency_s) as u32,
+                disturbance.noise,
+                &mut rng,
+            ),
+            actuator_factor: disturbance.actuator_factor,
+            pushes: pushes.collect(),
+            steps: 0,
+            rng,
+        })
+    }
+
+    /// What the controller is told of the state, in SI units.
+    pub fn observation(&self, environment: &Environment) -> [f64; OBSERVATION_SIZE] {
+        self.conditions
+            .sensed(observe(&environment.state, environment.omega_v))
+    }
+
+    /// [`Environment::step`] under the disturbance, and under another force on the hip, forward and up in N, if there
+    /// is one.
+    pub fn step(
+        &mut self,
+        environment: &mut Environment,
+        body: &Body,
+        task: &TaskParameters,
+        reward: &RewardParameters,
+        command: [f64; 2],
+        push_n: Option<[f64; 2]>,
+    ) -> StepOutcome {
+        let period = task.steps_per_period(body.parameters());
+        let weak = std::array::from_fn(|i| self.actuator_factor[i] * command[i].clamp(-1.0, 1.0));
+        let (late_from, early, late) = self.conditions.delay(weak, period);
+        let (begin, end) = (self.steps, self.steps + u64::from(period));
+        let mut cuts = vec![begin, begin + u64::from(late_from), end];
+        for (_, time) in &self.pushes {
+            cuts.extend([time.start.clamp(begin, end), time.end.clamp(begin, end)]);
+        }
+        cuts.sort_unstable();
+        let part = |from: u64, to: u64| {
+            let acting = self.pushes.iter().filter(|(_, time)| time.contains(&from));
+            let forces = acting.map(|(force, _)| *force).chain(push_n);
+            Part {
+                command: if from < begin + u64::from(late_from) {
+                    early
+                } else {
+                    late
+                },
+                push_n: forces.reduce(|a, b| [a[0] + b[0], a[1] + b[1]]),
+                steps: (to - from) as u32,
+            }
+        };
+        let parts: Vec<Part> = cuts.windows(2).map(|c| part(c[0], c[1])).collect();
+        self.steps = end;
+        let outcome = environment.step_in_parts(body, task, reward, &parts);
+        self.conditions.sense(&mut self.rng);
+        outcome
+    }
+}
