@@ -53,6 +53,12 @@ pub struct RecordingMetadata {
     pub fell: bool,
     /// Why the motion ended; see [`ended_by`] for the usual words.
     pub ended_by: String,
+    /// What disturbed the motion, as the simulator serialises it; absent if nothing did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disturbance: Option<serde_json::Value>,
+    /// Points `[x, z]` of the ground, m, with straight lines between and beyond them; absent if it is flat.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground: Option<Vec<[f64; 2]>>,
 }
 
 /// The usual values of [`RecordingMetadata::ended_by`].

@@ -42,6 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     profile: &CommandProfile::constant(omega_v),
                     duration_s: 20.0,
                     seed: 0,
+                    disturbance: None,
                     controller: "",
                 }
                 .record(&mut Deterministic(&mut controller.policy))?;

@@ -248,6 +248,7 @@ pub fn judge(
             profile,
             duration_s,
             seed: 0,
+            disturbance: None,
             controller: "",
         }
         .record(control)

@@ -4,7 +4,7 @@ use crate::rehearsal::RehearsalParameters;
 use crate::schedule::Schedule;
 use gaitshift_body::{BodyParameters, ParameterError};
 use gaitshift_sac::{SacConfig, Temperature};
-use gaitshift_task::{Curriculum, TaskError, TaskParameters};
+use gaitshift_task::{Curriculum, Disturbance, TaskError, TaskParameters};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -491,6 +491,19 @@ pub fn load_body_overrides(
     body.validate()
         .map_err(|source| ConfigError::Body { origin, source })?;
     Ok(body)
+}
+
+/// Reads a TOML file that describes a disturbance; `origin` of an error is the file.
+///
+/// # Errors
+/// An unreadable file, unknown keys, wrong types, values out of range.
+pub fn load_disturbance(path: &Path) -> Result<Disturbance, ConfigError> {
+    let origin = path.display().to_string();
+    let disturbance: Disturbance =
+        toml::from_str(&read(path)?).map_err(|e| parse_error(&origin, &e.to_string()))?;
+    let source = disturbance.validate();
+    source.map_err(|source| ConfigError::Task { origin, source })?;
+    Ok(disturbance)
 }
 
 /// Body and task with single values replaced, each `KEY=VALUE` with a key of `[body]`, or with `body.KEY` or `task.KEY`.

@@ -24,7 +24,7 @@ mod training;
 pub use acceptance::{Check, Criteria, Judgement, SteadyMotion, judge};
 pub use config::{
     ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, WarmStart, did_you_mean,
-    load_body_overrides, set_body_and_task,
+    load_body_overrides, load_disturbance, set_body_and_task,
 };
 pub use controller::{Controller, ControllerError, Deterministic};
 pub use evaluations::{EvaluatedChange, EvaluatedCriterion, EvaluatedMotion, Evaluation};

@@ -1,9 +1,12 @@
 //! Runs a controller on the body and records the motion.
 
 use crate::{CommandProfile, Simulation};
-use gaitshift_analysis::recording::{Recording, RowError};
+use gaitshift_analysis::recording::{Recording, RowError, Side};
+use gaitshift_analysis::support::{ContactRule, FootEventKind, Support};
 use gaitshift_body::{Body, BodyState};
-use gaitshift_task::{ACTION_SIZE, EndReason, OBSERVATION_SIZE, TaskParameters};
+use gaitshift_task::{
+    ACTION_SIZE, Disturbance, EndReason, OBSERVATION_SIZE, Push, TaskParameters,
+};
 
 /// Anything that turns a scaled observation into two commands in [-1, 1].
 pub trait Control {
@@ -30,8 +33,10 @@ pub struct Rollout<'a> {
     pub profile: &'a CommandProfile,
     /// Longest duration, in s.
     pub duration_s: f64,
-    /// Seed that drew the start, for the record.
+    /// Seed that drew the start, for the record; it draws the noise of a disturbance, too.
     pub seed: u64,
+    /// What disturbs the motion, but for the ground, which is the body's ([`Disturbance::place`]).
+    pub disturbance: Option<&'a Disturbance>,
     /// Name of the controller, for the record.
     pub controller: &'a str,
 }
@@ -39,12 +44,47 @@ pub struct Rollout<'a> {
 impl Rollout<'_> {
     /// Runs until the duration is over or the body falls, and records every control period.
     ///
+    /// Where a push is to come at a phase of the stride, the motion up to it is run first to find its stride. The
+    /// recording says when the push came; one for which there was no stride is left out.
+    ///
     /// # Errors
     /// A row that the recording refuses; a motion that diverges ends the recording instead.
     pub fn record(&self, control: &mut impl Control) -> Result<Recording, RowError> {
+        let Some(disturbance) = self.disturbance.filter(|d| !d.is_none()) else {
+            return self.record_under(None, control);
+        };
+        let mut timed = disturbance.clone();
+        let by_time = |a: &Push, b: &Push| a.start_s.total_cmp(&b.start_s);
+        timed.pushes.sort_by(by_time);
+        while let Some(next) = timed.pushes.iter().position(|p| p.phase.is_some()) {
+            let recording = self.record_under(Some(&timed), control)?;
+            let push = timed.pushes.remove(next);
+            let mut strides = strides(&recording).into_iter();
+            if let Some((start_s, end_s)) = strides.find(|s| s.0 >= push.start_s) {
+                timed.pushes.push(Push {
+                    start_s: start_s + push.phase.unwrap_or_default() * (end_s - start_s),
+                    phase: None,
+                    ..push
+                });
+                timed.pushes.sort_by(by_time);
+            }
+        }
+        let mut recording = self.record_under(Some(&timed), control)?;
+        recording.metadata.disturbance = serde_json::to_value(&timed).ok();
+        Ok(recording)
+    }
+
+    fn record_under(
+        &self,
+        disturbance: Option<&Disturbance>,
+        control: &mut impl Control,
+    ) -> Result<Recording, RowError> {
         let period = self.task.control_period_s;
         let omega_v = self.profile.at(0.0);
         let mut simulation = Simulation::new(self.body, self.task, self.start, omega_v);
+        if let Some(disturbance) = disturbance {
+            simulation.disturb(disturbance, self.seed);
+        }
         let mut recording = Recording::new(simulation.metadata(self.controller, self.seed));
         let mut row = Vec::new();
         simulation.row(&mut row);
@@ -64,4 +104,15 @@ impl Rollout<'_> {
         }
         Ok(recording)
     }
+}
+
+/// Begins and ends of the strides in a recording, in s: from a touchdown of the right foot to its next.
+pub(crate) fn strides(recording: &Recording) -> Vec<(f64, f64)> {
+    let support = Support::find(recording, &ContactRule::default());
+    let touchdowns = support
+        .events()
+        .iter()
+        .filter(|e| e.side == Side::Right && e.kind == FootEventKind::Touchdown);
+    let times: Vec<f64> = touchdowns.map(|e| e.time_s).collect();
+    times.windows(2).map(|t| (t[0], t[1])).collect()
 }

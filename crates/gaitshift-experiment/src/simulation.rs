@@ -2,10 +2,10 @@
 
 use crate::rollout::Control;
 use gaitshift_analysis::recording::RecordingMetadata;
-use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT};
+use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT, Terrain};
 use gaitshift_task::{
-    ACTION_SIZE, EndReason, Environment, OBSERVATION_SIZE, RewardTerms, TaskParameters,
-    scale_observation,
+    ACTION_SIZE, Disturbance, Disturbed, EndReason, Environment, OBSERVATION_SIZE, RewardTerms,
+    TaskParameters, scale_observation,
 };
 
 /// A motion under way. Its time limit is not applied: it goes on until the body falls.
@@ -18,6 +18,7 @@ pub struct Simulation {
     action: [f32; ACTION_SIZE],
     report: AdvanceReport,
     terms: RewardTerms,
+    disturbed: Option<Disturbed>,
 }
 
 impl Simulation {
@@ -38,7 +39,14 @@ impl Simulation {
                 ..AdvanceReport::default()
             },
             terms: RewardTerms::default(),
+            disturbed: None,
         }
+    }
+
+    /// From now on, times counting from here, it is disturbed by noise that `seed` draws, latency, weak actuators and
+    /// pushes that are not at a phase of the stride. The ground is the body's ([`Disturbance::place`]).
+    pub fn disturb(&mut self, disturbance: &Disturbance, seed: u64) {
+        self.disturbed = Disturbed::new(disturbance, self.body.parameters(), seed);
     }
 
     /// What a recording of this motion says about itself, as long as the body is up.
@@ -54,6 +62,8 @@ impl Simulation {
             seed,
             fell: false,
             ended_by: EndReason::TimeLimit.name().to_owned(),
+            disturbance: None,
+            ground: self.body.terrain().map(Terrain::outline),
         }
     }
 
@@ -88,13 +98,22 @@ impl Simulation {
         let environment = &mut self.environment;
         environment.omega_v = omega_v;
         let mut scaled = [0.0; OBSERVATION_SIZE];
-        scale_observation(&environment.observation(), &mut scaled);
+        let observation = match &self.disturbed {
+            None => environment.observation(),
+            Some(disturbed) => disturbed.observation(environment),
+        };
+        scale_observation(&observation, &mut scaled);
         control.act(&scaled, &mut self.action);
         let command = self.action.map(f64::from);
         let (body, task) = (&self.body, &self.task);
-        let outcome = match push_n {
-            None => environment.step(body, task, &task.reward, command),
-            Some(push_n) => environment.step_pushed(body, task, &task.reward, command, push_n),
+        let outcome = match (&mut self.disturbed, push_n) {
+            (Some(disturbed), push_n) => {
+                disturbed.step(environment, body, task, &task.reward, command, push_n)
+            }
+            (None, None) => environment.step(body, task, &task.reward, command),
+            (None, Some(push_n)) => {
+                environment.step_pushed(body, task, &task.reward, command, push_n)
+            }
         };
         self.periods += 1;
         self.report = outcome.report;

@@ -252,6 +252,7 @@ fn controllers() {
             profile: &CommandProfile::constant(0.0),
             duration_s: 2.0 * controller.task.control_period_s,
             seed: 0,
+            disturbance: None,
             controller: "c",
         }
         .record(&mut Deterministic(&mut controller.policy));
@@ -296,6 +297,7 @@ fn recordings() {
         profile: &CommandProfile::ramp(0.0, 3.0, 0.01, 0.02),
         duration_s: 0.05,
         seed: 0,
+        disturbance: None,
         controller: "c",
     }
     .record(&mut Deterministic(&mut controller.policy))

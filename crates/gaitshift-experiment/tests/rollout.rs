@@ -32,6 +32,7 @@ fn rollout<'a>(
         profile,
         duration_s,
         seed: 3,
+        disturbance: None,
         controller: "push",
     }
 }

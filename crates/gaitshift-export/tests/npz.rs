@@ -16,6 +16,8 @@ fn recording(rows: usize) -> Recording {
         seed: 3,
         fell: false,
         ended_by: "time limit".to_owned(),
+        disturbance: None,
+        ground: None,
     });
     for row in 0..rows {
         let values: Vec<f64> = (0..COLUMNS.len())

@@ -156,6 +156,7 @@ impl Controller {
                 profile: &profile,
                 duration_s,
                 seed: seed.unwrap_or(0),
+                disturbance: None,
                 controller: &portable_path(Path::new(&self.name)),
             }
             .record(&mut Deterministic(&mut policy))

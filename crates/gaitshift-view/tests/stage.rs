@@ -33,6 +33,7 @@ fn replayed(csv: &str, duration_s: f64) -> Recording {
         profile: &profile,
         duration_s,
         seed: 0,
+        disturbance: None,
         controller: "shipped",
     }
     .record(&mut Deterministic(&mut cast.controller.policy))

@@ -24,6 +24,9 @@ pub struct Row {
     /// The seed that drew the start, where there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
+    /// What disturbed it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub disturbance: Option<serde_json::Value>,
     /// The motion.
     #[serde(flatten)]
     pub summary: GaitSummary,
@@ -47,6 +50,7 @@ struct Verdict<'a> {
 /// Runs the command.
 pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     let mut subject = Subject::load(&arguments.subject)?;
+    subject.disturb(arguments.disturbances.read()?);
     if arguments.criteria {
         return run_criteria(&mut subject, arguments.json);
     }
@@ -64,8 +68,9 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
         several => format!("{} random starts", several.len()),
     };
     output::line(&format!(
-        "{}, {start}, {}",
+        "{}, {start}{}, {}",
         subject.name,
+        subject.disturbance_name(),
         described(&rows, arguments.settling_s)
     ))?;
     match spread {
@@ -191,6 +196,7 @@ pub fn describe(recording: &Recording, settling_time_s: f64) -> Row {
     Row {
         omega_v: first.filter(|&first| described.iter().all(|&command| command == first)),
         seed: None,
+        disturbance: recording.metadata.disturbance.clone(),
         summary,
     }
 }

@@ -11,6 +11,7 @@ mod check;
 mod compare;
 mod completions;
 mod demo;
+mod disturb;
 mod evaluate;
 mod export;
 mod failure;

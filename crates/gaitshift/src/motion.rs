@@ -2,14 +2,14 @@
 
 use crate::arguments::{ChangeArguments, OMEGA_V_MAX, SubjectArguments};
 use crate::failure::Failure;
-use crate::{output, render};
+use crate::{disturb, output, render};
 use gaitshift_analysis::Recording;
 use gaitshift_body::{Body, BodyParameters, BodyState};
 use gaitshift_experiment::{
     CommandProfile, Controller, Deterministic, Rollout, load_body_overrides, portable_path,
     set_body_and_task,
 };
-use gaitshift_task::{Environment, TaskParameters};
+use gaitshift_task::{Disturbance, Environment, TaskParameters};
 use gaitshift_view::Cast;
 use std::path::Path;
 
@@ -22,6 +22,7 @@ pub struct Subject {
     pub name: String,
     start: BodyState,
     seed: Option<u64>,
+    disturbance: Option<Disturbance>,
 }
 
 impl Subject {
@@ -55,7 +56,23 @@ impl Subject {
             name,
             start,
             seed: None,
+            disturbance: None,
         })
+    }
+
+    /// Disturbs every motion from now on, and puts the start on the ground of the disturbance.
+    pub fn disturb(&mut self, disturbance: Option<Disturbance>) {
+        if let Some(disturbance) = &disturbance {
+            self.body = disturbance.place(self.body.clone());
+        }
+        self.disturbance = disturbance;
+        self.start_at(self.seed);
+    }
+
+    /// What disturbs the motions, in words after a comma.
+    pub fn disturbance_name(&self) -> String {
+        let words = self.disturbance.as_ref().map(disturb::describe);
+        words.map_or_else(String::new, |words| format!(", {words}"))
     }
 
     /// Begins motions at the start that a seed draws, or at the default start.
@@ -102,6 +119,7 @@ impl Subject {
             name,
             start,
             seed,
+            disturbance,
         } = self;
         Rollout {
             body,
@@ -110,6 +128,7 @@ impl Subject {
             profile,
             duration_s,
             seed: seed.unwrap_or(0),
+            disturbance: disturbance.as_ref(),
             controller: &portable_path(Path::new(name)),
         }
         .record(&mut Deterministic(&mut controller.policy))

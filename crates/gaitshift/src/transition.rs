@@ -8,6 +8,7 @@ use gaitshift_analysis::recording::{Recording, column};
 use gaitshift_analysis::{GaitClass, TransitionOptions, TransitionSummary, summarise_transition};
 use gaitshift_experiment::CommandProfile;
 use gaitshift_figures::{FigureOptions, transition_figure};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// What the figure shows before the ramp and after it, in s.
@@ -55,6 +56,14 @@ impl Change {
     }
 }
 
+#[derive(Serialize)]
+struct Outcome<'a> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    disturbance: Option<&'a serde_json::Value>,
+    #[serde(flatten)]
+    summary: &'a TransitionSummary,
+}
+
 /// Runs the command.
 pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
     let a = arguments;
@@ -64,6 +73,7 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
     };
     let mut subject = Subject::load(&a.subject)?;
     subject.start_at(a.seed);
+    subject.disturb(a.disturbances.read()?);
     let recording = subject.record(&change.profile, change.duration_s)?;
     let (start_s, end_s) = change.ramp;
     let summary = summarise_transition(&recording, start_s, end_s, &TransitionOptions::default());
@@ -80,12 +90,16 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
         )?);
     }
     if a.json {
-        return output::json(&summary);
+        return output::json(&Outcome {
+            disturbance: recording.metadata.disturbance.as_ref(),
+            summary: &summary,
+        });
     }
     output::line(&format!(
-        "{}, {}, {} from {start_s} s on",
+        "{}, {}{}, {} from {start_s} s on",
         subject.name,
         subject.start_name(),
+        subject.disturbance_name(),
         change.name
     ))?;
     for line in describe(&summary) {

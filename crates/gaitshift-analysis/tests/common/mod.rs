@@ -24,6 +24,8 @@ pub fn metadata() -> RecordingMetadata {
         seed: u64::MAX,
         fell: false,
         ended_by: ended_by::TIME_LIMIT.to_owned(),
+        disturbance: None,
+        ground: None,
     }
 }
 

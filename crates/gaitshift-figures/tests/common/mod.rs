@@ -29,6 +29,8 @@ pub fn metadata() -> RecordingMetadata {
         seed: 0,
         fell: false,
         ended_by: "time limit".to_owned(),
+        disturbance: None,
+        ground: None,
     }
 }
 

@@ -113,6 +113,8 @@ impl Place {
             seed: 0,
             fell: false,
             ended_by: "time limit".to_owned(),
+            disturbance: None,
+            ground: None,
         });
         for k in 0..=1200 {
             let time_s = 0.005 * f64::from(k);

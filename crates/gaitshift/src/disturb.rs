@@ -1,0 +1,276 @@
+//! What disturbs a motion, from the options and the file of the command line.
+
+use crate::arguments::DisturbanceArguments;
+use crate::failure::Failure;
+use gaitshift_experiment::{did_you_mean, load_disturbance};
+use gaitshift_task::{Disturbance, Push, SensorNoise, TerrainStep};
+
+/// Where a step of the ground is if nothing else is said, in m.
+const STEP_AT_M: f64 = 3.0;
+
+/// Noise of one observation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Noise {
+    /// Its field in [`SensorNoise`].
+    name: String,
+    deviation: f64,
+}
+
+/// What is left of the force of the right and the left actuator, where something is said about it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weak([Option<f64>; 2]);
+
+/// An inclination of the ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slope {
+    rad: f64,
+    from_m: Option<f64>,
+}
+
+impl DisturbanceArguments {
+    /// The file's disturbance with the options put over it; nothing if it changes nothing.
+    pub fn read(&self) -> Result<Option<Disturbance>, Failure> {
+        let mut d = match &self.disturbance {
+            Some(path) => load_disturbance(path).map_err(Failure::input)?,
+            None => Disturbance::default(),
+        };
+        for noise in &self.noise {
+            if let Some(deviation) = d.noise.named_mut(&noise.name) {
+                *deviation = noise.deviation;
+            }
+        }
+        if let Some(latency_s) = self.latency {
+            d.latency_s = latency_s;
+        }
+        for Weak(factors) in &self.weak {
+            for (old, new) in d.actuator_factor.iter_mut().zip(factors) {
+                *old = new.unwrap_or(*old);
+            }
+        }
+        d.pushes.extend(&self.push);
+        let terrain = &mut d.terrain;
+        if let Some(slope) = &self.slope {
+            (terrain.slope_rad, terrain.slope_from_m) = (slope.rad, slope.from_m);
+        }
+        let down = self.step_down.iter().map(|step| TerrainStep {
+            height_m: -step.height_m,
+            ..*step
+        });
+        terrain.steps.extend(self.step_up.iter().copied().chain(down));
+        if let Some(height_m) = self.uneven {
+            terrain.uneven.height_m = height_m;
+        }
+        d.validate().map_err(Failure::input)?;
+        Ok((!d.is_none()).then_some(d))
+    }
+}
+
+/// A number, with or without one of the units, in the unit with the factor 1.
+fn quantity(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
+    let text = text.trim();
+    let with_unit = units.iter().find_map(|(unit, factor)| {
+        let number = text.strip_suffix(unit)?.trim_end();
+        Some(number.parse::<f64>().ok()? * factor)
+    });
+    let number = with_unit.or_else(|| text.parse().ok());
+    number
+        .filter(|value: &f64| value.is_finite())
+        .ok_or_else(|| format!("`{text}` is not a number"))
+}
+
+/// What stands before and after the first of such a sign.
+fn around(text: &str, sign: char) -> (&str, Option<&str>) {
+    match text.split_once(sign) {
+        Some((before, after)) => (before, Some(after)),
+        None => (text, None),
+    }
+}
+
+/// `theta_velocity=0.1`, with or without the unit in the name.
+pub fn noise(text: &str) -> Result<Noise, String> {
+    let (name, deviation) = text
+        .split_once('=')
+        .ok_or_else(|| "expected NAME=SD, for instance theta_velocity=0.1".to_owned())?;
+    let deviation = quantity(deviation, &[])?;
+    if deviation < 0.0 {
+        return Err("a standard deviation is 0 or greater".to_owned());
+    }
+    let name = name.trim();
+    let short = |full: &str| -> String {
+        let units = ["_m_per_s", "_rad_per_s", "_rad", "_m"];
+        let unit = units.iter().find_map(|unit| full.strip_suffix(unit));
+        unit.unwrap_or(full).to_owned()
+    };
+    let known = SensorNoise::NAMES.into_iter();
+    match known.clone().find(|&full| full == name || short(full) == name) {
+        Some(full) => Ok(Noise {
+            name: full.to_owned(),
+            deviation,
+        }),
+        None => {
+            let names: Vec<String> = known.map(|full| format!("`{}`", short(full))).collect();
+            Err(did_you_mean(&format!(
+                "unknown observation `{name}`, expected one of {}",
+                names.join(", ")
+            )))
+        }
+    }
+}
+
+/// `0.8` of both actuators, or `right=0.5`.
+pub fn weak(text: &str) -> Result<Weak, String> {
+    let (side, factor) = match text.split_once('=') {
+        Some((side, factor)) => (side.trim(), factor),
+        None => ("both", text),
+    };
+    let factor = quantity(factor, &[("%", 0.01)])?;
+    if !(0.0..=1.0).contains(&factor) {
+        return Err("it must be from 0 (no force) to 1".to_owned());
+    }
+    match side {
+        "both" => Ok(Weak([Some(factor); 2])),
+        "right" => Ok(Weak([Some(factor), None])),
+        "left" => Ok(Weak([None, Some(factor)])),
+        _ => Err(format!("`{side}` is neither `right` nor `left`")),
+    }
+}
+
+/// `FORWARD[:UP]@START[+PHASE][,DURATION]`.
+pub fn push(text: &str) -> Result<Push, String> {
+    let newtons = |text| quantity(text, &[("N", 1.0)]);
+    let seconds = |text| quantity(text, &[("ms", 1e-3), ("s", 1.0)]);
+    let (force, time) = text
+        .split_once('@')
+        .ok_or_else(|| "expected FORCE@START, for instance 100@5 or -80:20@5,0.2".to_owned())?;
+    let (forward, up) = around(force, ':');
+    let (start, duration) = around(time, ',');
+    let (start, phase) = around(start, '+');
+    let push = Push {
+        forward_n: newtons(forward)?,
+        up_n: up.map(newtons).transpose()?.unwrap_or(0.0),
+        start_s: seconds(start)?,
+        duration_s: match duration {
+            Some(duration) => seconds(duration)?,
+            None => Push::default().duration_s,
+        },
+        phase: phase
+            .map(|phase| quantity(phase, &[("%", 0.01)]))
+            .transpose()?,
+    };
+    if push.start_s < 0.0 || push.duration_s <= 0.0 {
+        return Err("START must be 0 s or later, and DURATION longer than 0 s".to_owned());
+    }
+    if push.phase.is_some_and(|phase| !(0.0..1.0).contains(&phase)) {
+        return Err("PHASE must be from 0 to below 1, as in 100@5+0.25".to_owned());
+    }
+    Ok(push)
+}
+
+fn metres(text: &str) -> Result<f64, String> {
+    quantity(text, &[("mm", 1e-3), ("cm", 0.01), ("m", 1.0)])
+}
+
+/// `3deg`, `0.05rad` or `5%`, with `@X` where it begins.
+pub fn slope(text: &str) -> Result<Slope, String> {
+    let (angle, from) = around(text, '@');
+    let number = |unit| angle.trim().strip_suffix(unit);
+    let rad = if let Some(percent) = number("%") {
+        (quantity(percent, &[])? / 100.0).atan()
+    } else if number("deg").or(number("rad")).is_some() {
+        quantity(angle, &[("deg", 1f64.to_radians()), ("rad", 1.0)])?
+    } else {
+        return Err(format!(
+            "`{angle}` needs a unit: for instance 3deg, 0.05rad or 5%"
+        ));
+    };
+    Ok(Slope {
+        rad,
+        from_m: from.map(metres).transpose()?,
+    })
+}
+
+/// `0.03`, with `@X` where it is.
+pub fn step(text: &str) -> Result<TerrainStep, String> {
+    let (height, at) = around(text, '@');
+    let height_m = metres(height)?;
+    if !(0.0..=1.0).contains(&height_m) {
+        return Err("its height must be from 0 to 1 m".to_owned());
+    }
+    Ok(TerrainStep {
+        height_m,
+        at_m: at.map(metres).transpose()?.unwrap_or(STEP_AT_M),
+    })
+}
+
+/// A height, with or without its unit.
+pub fn height(text: &str) -> Result<f64, String> {
+    let height_m = metres(text)?;
+    if !(0.0..=1.0).contains(&height_m) {
+        return Err("it must be from 0 to 1 m".to_owned());
+    }
+    Ok(height_m)
+}
+
+/// A delay in s, with or without its unit.
+pub fn latency(text: &str) -> Result<f64, String> {
+    let latency_s = quantity(text, &[("ms", 1e-3), ("s", 1.0)])?;
+    if !(0.0..=1.0).contains(&latency_s) {
+        return Err("it must be from 0 to 1 s".to_owned());
+    }
+    Ok(latency_s)
+}
+
+/// A disturbance in a few words.
+pub fn describe(d: &Disturbance) -> String {
+    let mut words = Vec::new();
+    let mut noise = d.noise;
+    for name in SensorNoise::NAMES {
+        if let Some(deviation) = noise.named_mut(name).filter(|deviation| **deviation > 0.0) {
+            words.push(format!("noise {name} {deviation}"));
+        }
+    }
+    if d.latency_s > 0.0 {
+        words.push(format!("latency {} s", d.latency_s));
+    }
+    let [right, left] = d.actuator_factor;
+    if right == left && right != 1.0 {
+        words.push(format!("actuators at {right} of their force"));
+    } else if right != left {
+        words.push(format!("right actuator at {right} of its force, left {left}"));
+    }
+    for p in &d.pushes {
+        let up = if p.up_n == 0.0 {
+            String::new()
+        } else {
+            format!(" and {} N up", p.up_n)
+        };
+        let when = match p.phase {
+            Some(phase) => format!("at phase {phase} of the stride after {} s", p.start_s),
+            None => format!("at {} s", p.start_s),
+        };
+        words.push(format!(
+            "push of {} N forward{up} for {} s {when}",
+            p.forward_n, p.duration_s
+        ));
+    }
+    let t = &d.terrain;
+    if t.slope_rad != 0.0 {
+        let from = t.slope_from_m.map_or_else(String::new, |x| format!(" from {x} m on"));
+        words.push(format!("slope {:.4} rad{from}", t.slope_rad));
+    }
+    for step in t.steps.iter().filter(|s| s.height_m != 0.0) {
+        words.push(format!(
+            "step {} of {} m at {} m",
+            if step.height_m > 0.0 { "up" } else { "down" },
+            step.height_m.abs(),
+            step.at_m
+        ));
+    }
+    if t.uneven.height_m > 0.0 {
+        words.push(format!(
+            "uneven ground of ± {} m, seed {}",
+            t.uneven.height_m, t.uneven.seed
+        ));
+    }
+    words.join(", ")
+}
