@@ -149,7 +149,11 @@ fn the_energy_account_closes_over_slopes_corners_and_faces() {
             let stored_j = body.energy(&state).stored();
             let mut account = EnergyAccount::default();
             let steps = (0.4 / time_step_s).round() as u32;
-            assert!(!body.advance(&mut state, [0.5, 0.3], steps, &mut account).diverged);
+            assert!(
+                !body
+                    .advance(&mut state, [0.5, 0.3], steps, &mut account)
+                    .diverged
+            );
             assert!(account.contact() > 1.0);
             let residual_j =
                 body.energy(&state).stored() - stored_j - account.work() + account.dissipated();

@@ -4,9 +4,7 @@ use crate::{CommandProfile, Simulation};
 use gaitshift_analysis::recording::{Recording, RowError, Side};
 use gaitshift_analysis::support::{ContactRule, FootEventKind, Support};
 use gaitshift_body::{Body, BodyState};
-use gaitshift_task::{
-    ACTION_SIZE, Disturbance, EndReason, OBSERVATION_SIZE, Push, TaskParameters,
-};
+use gaitshift_task::{ACTION_SIZE, Disturbance, EndReason, OBSERVATION_SIZE, Push, TaskParameters};
 
 /// Anything that turns a scaled observation into two commands in [-1, 1].
 pub trait Control {

@@ -1,11 +1,15 @@
 //! Contract: a rollout records every control period of the environment it moves, command by command, to the bit; it ends
 //! with its duration or with the fall and says which; the task's time limit does not end it; a motion that diverges
-//! ends with its last finite state.
+//! ends with its last finite state. What disturbs it comes when it should, and the header says so.
 
-use gaitshift_analysis::recording::{Column, column};
+use gaitshift_analysis::recording::{Column, Recording, Side, column};
+use gaitshift_analysis::support::{ContactRule, FootEventKind, Support};
 use gaitshift_body::{Body, BodyParameters};
-use gaitshift_experiment::{CommandProfile, Rollout};
-use gaitshift_task::{ACTION_SIZE, Environment, OBSERVATION_SIZE, TaskParameters};
+use gaitshift_experiment::{CommandProfile, Controller, Deterministic, Rollout};
+use gaitshift_task::{
+    ACTION_SIZE, Disturbance, Environment, OBSERVATION_SIZE, Push, TaskParameters,
+    TerrainParameters,
+};
 
 type Observation = [f32; OBSERVATION_SIZE];
 type Action = [f32; ACTION_SIZE];
@@ -34,6 +38,101 @@ fn rollout<'a>(
         seed: 3,
         disturbance: None,
         controller: "push",
+    }
+}
+
+/// The shipped controller on what a disturbance makes of the default body.
+fn disturbed(disturbance: &Disturbance, omega_v: f64, duration_s: f64) -> Recording {
+    let mut controller = Controller::shipped().unwrap();
+    let body = disturbance.place(Body::new(controller.body.clone()).unwrap());
+    Rollout {
+        body: &body,
+        task: &controller.task,
+        start: Environment::start(&body, &controller.task, Some(3)),
+        profile: &CommandProfile::constant(omega_v),
+        duration_s,
+        seed: 3,
+        disturbance: Some(disturbance),
+        controller: "shipped",
+    }
+    .record(&mut Deterministic(&mut controller.policy))
+    .unwrap()
+}
+
+#[test]
+fn a_disturbance_that_is_none_changes_nothing() {
+    let none = disturbed(&Disturbance::default(), 1.0, 2.0);
+    assert!(none.metadata.disturbance.is_none() && none.metadata.ground.is_none());
+    let none_but_a_start = Disturbance {
+        pushes: vec![Push::default()],
+        ..Disturbance::default()
+    };
+    let pushed_by_nothing = disturbed(&none_but_a_start, 1.0, 2.0);
+    assert_eq!(
+        none.column(column::X_M),
+        pushed_by_nothing.column(column::X_M)
+    );
+}
+
+#[test]
+fn a_push_at_a_phase_of_the_stride_comes_then_and_the_header_says_when() {
+    let quiet = disturbed(&Disturbance::default(), 3.0, 6.0);
+    let support = Support::find(&quiet, &ContactRule::default());
+    let landings: Vec<f64> = support
+        .events()
+        .iter()
+        .filter(|e| e.side == Side::Right && e.kind == FootEventKind::Touchdown && e.time_s >= 4.0)
+        .map(|e| e.time_s)
+        .collect();
+    let expected_s = landings[0] + 0.25 * (landings[1] - landings[0]);
+    let pushed = disturbed(
+        &Disturbance {
+            pushes: vec![Push {
+                forward_n: 60.0,
+                start_s: 4.0,
+                phase: Some(0.25),
+                ..Push::default()
+            }],
+            ..Disturbance::default()
+        },
+        3.0,
+        6.0,
+    );
+    let noted = pushed.metadata.disturbance.as_ref().unwrap();
+    let push = &noted["pushes"][0];
+    assert_eq!(push["start_s"], expected_s);
+    assert!(push.get("phase").is_none(), "{push}");
+    // Both motions are one until then, and two from then on.
+    let (x, other) = (quiet.column(column::X_M), pushed.column(column::X_M));
+    let first = x.iter().zip(other).position(|(a, b)| a != b).unwrap();
+    let time_s = quiet.column(column::TIME_S)[first];
+    assert!(
+        (expected_s..expected_s + 0.011).contains(&time_s),
+        "{time_s}"
+    );
+}
+
+#[test]
+fn the_header_holds_the_ground_and_a_fall_counts_from_it() {
+    // A walk up a slope ends higher than any hip on the flat, and down one lower than the limit there, without a fall.
+    for slope_rad in [0.03, -0.03] {
+        let terrain = TerrainParameters {
+            slope_rad,
+            slope_from_m: Some(1.0),
+            ..TerrainParameters::default()
+        };
+        let disturbance = Disturbance {
+            terrain,
+            ..Disturbance::default()
+        };
+        let recording = disturbed(&disturbance, 3.0, 6.0);
+        assert!(!recording.metadata.fell);
+        let ground = recording.metadata.ground.as_ref().unwrap();
+        assert_eq!(ground[1], [1.0, 0.0]);
+        let last = |column: Column| *recording.column(column).last().unwrap();
+        let rise = (last(column::X_M) - 1.0) * slope_rad.tan();
+        assert!((last(column::Z_M) - rise - 0.76).abs() < 0.1, "{rise}");
+        assert!(rise.abs() > 0.3);
     }
 }
 

@@ -12,6 +12,7 @@ use crate::biped::{self, View};
 use crate::canvas::{Anchor, Canvas, Paint, Rect, TextStyle};
 use crate::chart::{Axis, Panel};
 use crate::gif::Palette;
+use crate::ground::Ground;
 use crate::motion::{Motion, body_of};
 use crate::raster;
 use crate::scenery::{self, HIP, WIDTH};
@@ -204,12 +205,13 @@ impl<'a> Scene<'a> {
             Canvas::new(WIDTH, HEIGHT)
         };
         let pose = self.motion.pose(time_s);
-        let view = self.view.moved(pose.x, HIP);
+        let ground = Ground::of(self.motion.recording);
+        let view = self.view.moved((pose.x, ground.level(pose.x)), HIP);
         let metadata = &self.motion.recording.metadata;
         let weight_n = metadata.total_mass_kg * metadata.gravity_m_per_s2;
-        scenery::draw_ground(&mut canvas, &view);
+        scenery::draw_ground(&mut canvas, &view, &ground);
         biped::draw(&mut canvas, &view, &self.body, &pose);
-        scenery::draw_forces(&mut canvas, &view, &self.body, &pose, weight_n);
+        scenery::draw_forces(&mut canvas, &view, &self.body, &pose, weight_n, &ground);
         let command = self.motion.at(column::OMEGA_V, time_s);
         scenery::draw_knob(&mut canvas, &self.knob, command);
         self.draw_figures(&mut canvas, time_s);

@@ -19,7 +19,9 @@ pub(crate) struct View {
     pub x_m: f64,
     /// Sheet position of `x_m`.
     pub left: f64,
-    /// Sheet position of the ground.
+    /// World height shown at `ground`.
+    pub z_m: f64,
+    /// Sheet position of that height.
     pub ground: f64,
     /// User units for a metre.
     pub scale: f64,
@@ -29,13 +31,18 @@ impl View {
     pub fn place(&self, (x, z): (f64, f64)) -> Point {
         (
             self.left + (x - self.x_m) * self.scale,
-            self.ground - z * self.scale,
+            self.ground - (z - self.z_m) * self.scale,
         )
     }
 
-    /// The same view with `x_m` of the world shown at `left`.
-    pub fn moved(self, x_m: f64, left: f64) -> Self {
-        Self { x_m, left, ..self }
+    /// The same view with `x_m` and `z_m` of the world shown at `left` and at the ground's place.
+    pub fn moved(self, (x_m, z_m): (f64, f64), left: f64) -> Self {
+        Self {
+            x_m,
+            z_m,
+            left,
+            ..self
+        }
     }
 }
 

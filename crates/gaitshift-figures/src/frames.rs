@@ -7,6 +7,7 @@ use resvg::tiny_skia::Pixmap;
 use crate::animation::{AnimationOptions, Scene, in_range};
 use crate::biped;
 use crate::canvas::{Anchor, Canvas, TextStyle};
+use crate::ground::Ground;
 use crate::motion::{LegPose, Pose};
 use crate::scenery::{self, WIDTH};
 use crate::style::{QUIET, TEXT};
@@ -163,9 +164,10 @@ impl Snapshot<'_> {
         let mut canvas = Canvas::new(WIDTH, HEIGHT);
         let view = scenery::view_of(self.body, s.x);
         let weight_n = self.body.total_mass_kg() * self.body.gravity_m_per_s2;
-        scenery::draw_ground(&mut canvas, &view);
+        let flat = Ground::default();
+        scenery::draw_ground(&mut canvas, &view, &flat);
         biped::draw(&mut canvas, &view, self.body, &pose);
-        scenery::draw_forces(&mut canvas, &view, self.body, &pose, weight_n);
+        scenery::draw_forces(&mut canvas, &view, self.body, &pose, weight_n, &flat);
         scenery::draw_knob(&mut canvas, &scenery::knob(&[self.omega_v]), self.omega_v);
         let figures = [
             (536.0, "speed", format!("{:.2} m/s", s.x_dot + 0.0)),

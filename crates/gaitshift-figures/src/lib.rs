@@ -30,6 +30,7 @@ mod figure;
 mod film;
 mod frames;
 mod gif;
+mod ground;
 mod learning;
 mod motion;
 mod raster;

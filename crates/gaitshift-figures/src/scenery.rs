@@ -6,6 +6,7 @@ use gaitshift_body::BodyParameters;
 use crate::biped::{self, View};
 use crate::canvas::{Anchor, Canvas, Ink, Paint, Rect, TextStyle};
 use crate::chart::Axis;
+use crate::ground::Ground;
 use crate::motion::Pose;
 use crate::style::{COMMAND, QUIET, WHITE, side_ink};
 
@@ -13,12 +14,15 @@ use crate::style::{COMMAND, QUIET, WHITE, side_ink};
 pub(crate) const WIDTH: f64 = 640.0;
 pub(crate) const GROUND: f64 = 302.0;
 pub(crate) const HIP: f64 = 300.0;
+/// Depth of the ground shown, in user units.
+const SOIL: f64 = 22.0;
 
 /// The view of a body, its hip at `x_m` at the hip's place on the sheet.
 pub(crate) fn view_of(body: &BodyParameters, x_m: f64) -> View {
     // Pelvis, raised by a jump, stays under the writing for a leg of any length.
     View {
         x_m,
+        z_m: 0.0,
         left: HIP,
         ground: GROUND,
         scale: 182.0 / body.leg_length_m,
@@ -26,14 +30,14 @@ pub(crate) fn view_of(body: &BodyParameters, x_m: f64) -> View {
 }
 
 /// The ground with a post every metre, so that motion over it is seen.
-pub(crate) fn draw_ground(canvas: &mut Canvas, view: &View) {
-    let soil = Rect::new(0.0, GROUND, WIDTH, 22.0);
-    canvas.rect(soil, Paint::fill(Ink::hex(0xece7df)));
-    canvas.line(
-        (0.0, GROUND),
-        (WIDTH, GROUND),
-        Paint::stroke(Ink::hex(0x7d7468), 1.6),
-    );
+pub(crate) fn draw_ground(canvas: &mut Canvas, view: &View, ground: &Ground<'_>) {
+    let soil = Ink::hex(0xece7df);
+    let surface = Paint::stroke(Ink::hex(0x7d7468), 1.6);
+    canvas.rect(Rect::new(0.0, GROUND, WIDTH, SOIL), Paint::fill(soil));
+    let corners = ground.corners();
+    if corners.is_none() {
+        canvas.line((0.0, GROUND), (WIDTH, GROUND), surface);
+    }
     // Marks every quarter metre; positions beyond any track are not marked.
     let first = ((view.x_m - HIP / view.scale) * 4.0)
         .floor()
@@ -56,6 +60,24 @@ pub(crate) fn draw_ground(canvas: &mut Canvas, view: &View) {
             canvas.line((x, GROUND), (x, GROUND + 4.5), Paint::stroke(ink, 1.0));
         }
     }
+    if let Some(corners) = corners {
+        let edge = |x: f64| view.x_m + (x - HIP) / view.scale;
+        let (from, to) = (edge(0.0), edge(WIDTH));
+        let ends = [from, to].map(|x| [x, ground.height(x)]);
+        let within = corners.iter().filter(|c| from < c[0] && c[0] < to);
+        let profile: Vec<_> = [&ends[0]]
+            .into_iter()
+            .chain(within)
+            .chain([&ends[1]])
+            .map(|&[x, z]| view.place((x, z)))
+            .collect();
+        canvas.open_clip(Rect::new(0.0, 84.0, WIDTH, GROUND + SOIL - 84.0));
+        let below = [(WIDTH, GROUND + SOIL), (0.0, GROUND + SOIL)];
+        let area = profile.iter().copied().chain(below);
+        canvas.polygon(area, Paint::fill(soil.opacity(0.85)));
+        canvas.polyline(profile, surface);
+        canvas.close_clip();
+    }
 }
 
 /// Ground reaction forces, body weight a third of the leg long.
@@ -65,6 +87,7 @@ pub(crate) fn draw_forces(
     body: &BodyParameters,
     pose: &Pose,
     weight_n: f64,
+    ground: &Ground<'_>,
 ) {
     let weight_n = weight_n.max(1e-9);
     let units_per_newton = body.leg_length_m * view.scale / 3.0 / weight_n;
@@ -78,8 +101,8 @@ pub(crate) fn draw_forces(
         // Two weights at most, or a hard landing would leave the picture.
         let scale = units_per_newton * (4.0 * weight_n / up.hypot(forward)).min(1.0);
         let by = (forward * scale, -up * scale);
-        biped::arrow(canvas, view.place((x, 0.0)), by, Ink::hex(0x111111), 2.6);
-        let foot = view.place((x, 0.0));
+        let foot = view.place((x, ground.height(x)));
+        biped::arrow(canvas, foot, by, Ink::hex(0x111111), 2.6);
         canvas.circle(foot, 3.2, Paint::fill(side_ink(side)).outlined(WHITE, 0.8));
     }
 }

@@ -5,6 +5,7 @@ use gaitshift_analysis::recording::{Recording, Side, column};
 use crate::biped::{self, View};
 use crate::canvas::{Anchor, Canvas, Ink, Paint, Rect, TextStyle};
 use crate::chart::{Axis, Panel};
+use crate::ground::Ground;
 use crate::motion::{Motion, Pose, body_of};
 use crate::style::{LABEL, QUIET, SMALL, TEXT, WHITE, side_ink};
 use crate::support;
@@ -91,21 +92,28 @@ pub fn strobe(
     );
 
     let left_of = |time_s: f64| left_margin + (time_s - first_s) / duration_s * bars.width;
+    let profile = Ground::of(recording);
     let view = View {
         x_m: 0.0,
+        z_m: 0.0,
         left: 0.0,
         ground,
         scale,
     };
     for (time_s, pose) in &poses {
-        let view = view.moved(pose.x, left_of(*time_s));
+        let view = view.moved((pose.x, profile.height(pose.x)), left_of(*time_s));
         biped::draw(&mut canvas, &view, &body, pose);
     }
     let times = motion.times();
     let hips: Vec<_> = times
         .iter()
-        .zip(motion.values(column::Z_M))
-        .map(|(&time, &z)| (left_of(time), ground - z * scale))
+        .zip(
+            motion
+                .values(column::X_M)
+                .iter()
+                .zip(motion.values(column::Z_M)),
+        )
+        .map(|(&time, (&x, &z))| (left_of(time), ground - (z - profile.height(x)) * scale))
         .collect();
     canvas.polyline(hips.iter().copied(), Paint::stroke(WHITE.opacity(0.8), 3.4));
     canvas.polyline(hips, Paint::stroke(TEXT, 1.4));
@@ -146,7 +154,11 @@ pub fn strobe(
     } else {
         "poses drawn side by side".to_owned()
     };
-    let note = format!("a pose every {interval_s:.2} s, {note}");
+    let heights = match profile.corners() {
+        Some(_) => ", heights over the ground below the hip",
+        None => "",
+    };
+    let note = format!("a pose every {interval_s:.2} s, {note}{heights}");
     canvas.text((8.0, 15.0), &note, TextStyle::new(10.0, QUIET));
     Ok(Figure {
         svg: canvas.finish(),

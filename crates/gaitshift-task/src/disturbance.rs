@@ -255,7 +255,9 @@ impl TerrainParameters {
             "between -10000 and 10000",
         )?;
         require(
-            u.length_m >= 0.0 && u.length_m <= FARTHEST_M && u.length_m / u.spacing_m <= MOST_PIECES,
+            u.length_m >= 0.0
+                && u.length_m <= FARTHEST_M
+                && u.length_m / u.spacing_m <= MOST_PIECES,
             &key("uneven.length_m"),
             u.length_m,
             "between 0 and 10000, and at most 100000 times spacing_m",
@@ -314,7 +316,12 @@ impl Disturbance {
                 )?;
             }
             for (name, time) in [("start_s", push.start_s), ("duration_s", push.duration_s)] {
-                require((0.0..=1e6).contains(&time), &key(name), time, "0 or greater")?;
+                require(
+                    (0.0..=1e6).contains(&time),
+                    &key(name),
+                    time,
+                    "0 or greater",
+                )?;
             }
             require(
                 push.phase.is_none_or(|phase| (0.0..1.0).contains(&phase)),

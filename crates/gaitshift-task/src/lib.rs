@@ -12,9 +12,7 @@ mod reward;
 mod vector;
 
 pub use curriculum::{CommandDraw, Curriculum, Phase, PhaseSettings};
-pub use disturbance::{
-    Disturbance, Disturbed, Push, TerrainParameters, TerrainStep, UnevenGround,
-};
+pub use disturbance::{Disturbance, Disturbed, Push, TerrainParameters, TerrainStep, UnevenGround};
 pub use environment::{
     BatchState, EndReason, Environment, EnvironmentBatch, FinishedEpisode, Member, StepOutcome,
 };

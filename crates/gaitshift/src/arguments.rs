@@ -445,7 +445,7 @@ pub struct EvaluateArguments {
     ///
     /// 20 s without a fall at each ω_v from 0 to 3.5, a walk at 0 and a run at 3, speeds, costs of
     /// transport, energy correlations, and changes of gait from ten phases of the stride both ways.
-    #[arg(long, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "seed", "out", "DisturbanceArguments"])]
+    #[arg(long, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "seed", "out"])]
     pub criteria: bool,
 
     /// Folder for the recordings (CSV) and a figure of all commands (SVG, PNG) [default: none written]

@@ -56,7 +56,9 @@ impl DisturbanceArguments {
             height_m: -step.height_m,
             ..*step
         });
-        terrain.steps.extend(self.step_up.iter().copied().chain(down));
+        terrain
+            .steps
+            .extend(self.step_up.iter().copied().chain(down));
         if let Some(height_m) = self.uneven {
             terrain.uneven.height_m = height_m;
         }
@@ -102,7 +104,10 @@ pub fn noise(text: &str) -> Result<Noise, String> {
         unit.unwrap_or(full).to_owned()
     };
     let known = SensorNoise::NAMES.into_iter();
-    match known.clone().find(|&full| full == name || short(full) == name) {
+    match known
+        .clone()
+        .find(|&full| full == name || short(full) == name)
+    {
         Some(full) => Ok(Noise {
             name: full.to_owned(),
             deviation,
@@ -236,7 +241,9 @@ pub fn describe(d: &Disturbance) -> String {
     if right == left && right != 1.0 {
         words.push(format!("actuators at {right} of their force"));
     } else if right != left {
-        words.push(format!("right actuator at {right} of its force, left {left}"));
+        words.push(format!(
+            "right actuator at {right} of its force, left {left}"
+        ));
     }
     for p in &d.pushes {
         let up = if p.up_n == 0.0 {
@@ -255,7 +262,9 @@ pub fn describe(d: &Disturbance) -> String {
     }
     let t = &d.terrain;
     if t.slope_rad != 0.0 {
-        let from = t.slope_from_m.map_or_else(String::new, |x| format!(" from {x} m on"));
+        let from = t
+            .slope_from_m
+            .map_or_else(String::new, |x| format!(" from {x} m on"));
         words.push(format!("slope {:.4} rad{from}", t.slope_rad));
     }
     for step in t.steps.iter().filter(|s| s.height_m != 0.0) {

@@ -50,7 +50,13 @@ struct Verdict<'a> {
 /// Runs the command.
 pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     let mut subject = Subject::load(&arguments.subject)?;
-    subject.disturb(arguments.disturbances.read()?);
+    let disturbance = arguments.disturbances.read()?;
+    if arguments.criteria && disturbance.is_some() {
+        return Err(Failure::input(
+            "--criteria measures undisturbed motions; leave out the disturbances, or use `gaitshift stress`",
+        ));
+    }
+    subject.disturb(disturbance);
     if arguments.criteria {
         return run_criteria(&mut subject, arguments.json);
     }

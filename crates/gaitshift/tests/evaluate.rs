@@ -5,7 +5,7 @@ mod common;
 use common::Place;
 use gaitshift_analysis::recording::column;
 use gaitshift_analysis::{AnalysisOptions, Recording, summarise};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 /// The fields of a row that are promised, and whether they are null where undefined.
 const FIELDS: [(&str, bool); 12] = [
@@ -441,4 +441,71 @@ fn a_runs_folder_stands_for_its_best_controller() {
     );
     std::fs::create_dir(place.path("empty")).unwrap();
     place.refused("evaluate --controller empty", &["empty", "gaitshift train"]);
+}
+
+#[test]
+fn a_disturbed_motion_says_what_disturbed_it() {
+    let place = Place::new();
+    let evaluate = "evaluate --omega-v 3 --duration-s 6 --json";
+    let row = |options: &str| place.json(&format!("{evaluate} {options}"))["rows"][0].clone();
+    let plain = row("");
+    assert!(plain.get("disturbance").is_none());
+    let pushed = row("--push 60:-20@4+25%,50ms --latency 2ms --weak right=0.9 --noise phi=0.01");
+    assert_ne!(pushed["speed_m_per_s"], plain["speed_m_per_s"]);
+    let applied = &pushed["disturbance"];
+    let push = &applied["pushes"][0];
+    assert_eq!(
+        (&push["forward_n"], &push["up_n"]),
+        (&json!(60.0), &json!(-20.0))
+    );
+    assert!(push["start_s"].as_f64().unwrap() > 4.0 && push["duration_s"] == 0.05);
+    assert_eq!(applied["latency_s"], 0.002);
+    assert_eq!(applied["actuator_factor"], json!([0.9, 1.0]));
+    assert_eq!(applied["noise"]["phi_rad"], 0.01);
+    // The same from a file, with an option over it.
+    place.write(
+        "d.toml",
+        "latency_s = 0.5\nactuator_factor = [0.9, 1.0]\nnoise = { phi_rad = 0.01 }\n[[pushes]]\nforward_n = 60\nup_n = -20\n\
+         start_s = 4\nphase = 0.25\nduration_s = 0.05\n",
+    );
+    assert_eq!(row("--disturbance d.toml --latency 0.002"), pushed);
+}
+
+#[test]
+fn the_ground_is_in_the_header_of_the_recording() {
+    let place = Place::new();
+    place.stdout("evaluate --omega-v 3 --duration-s 3 --slope 2deg@1 --step-down 2cm@2 --out out");
+    let text = String::from_utf8(place.read("out/omega_v_3.csv")).unwrap();
+    let header = text.lines().next().unwrap();
+    let metadata: Value = serde_json::from_str(&header[header.find('{').unwrap()..]).unwrap();
+    assert_eq!(metadata["ground"][1], json!([1.0, 0.0]));
+    let steps = &metadata["disturbance"]["terrain"]["steps"];
+    assert_eq!(steps[0], json!({"height_m": -0.02, "at_m": 2.0}));
+    // What reads recordings reads these.
+    place.stdout("analyse out/omega_v_3.csv");
+}
+
+#[test]
+fn disturbances_that_make_no_sense_are_refused_with_what_would() {
+    let place = Place::new();
+    place.write("bad.toml", "latency_s = 5\n");
+    place.write("typo.toml", "[terrain]\nslop_rad = 0.1\n");
+    for (options, words) in [
+        ("--noise thta=1", &["theta"][..]),
+        ("--noise theta", &["NAME=SD"]),
+        ("--push 100", &["FORCE@START"]),
+        ("--push 100@5+2", &["PHASE"]),
+        ("--slope 3", &["3deg"]),
+        ("--weak 2", &["from 0"]),
+        ("--step-up 30", &["1 m"]),
+        ("--latency 3", &["1 s"]),
+        ("--disturbance bad.toml", &["bad.toml", "latency_s"]),
+        (
+            "--disturbance typo.toml",
+            &["typo.toml", "did you mean `slope_rad`"],
+        ),
+        ("--criteria --latency 0.01", &["undisturbed"]),
+    ] {
+        place.refused(&format!("evaluate {options}"), words);
+    }
 }

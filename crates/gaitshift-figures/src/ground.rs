@@ -1,0 +1,50 @@
+//! The ground of a recording, for pictures: flat at height 0, or the profile in its metadata.
+
+use gaitshift_analysis::Recording;
+
+/// Heights are averaged over this far to both sides, in m, where a picture follows the ground.
+const HALF_WIDTH_M: f64 = 0.75;
+/// Points of that average.
+const POINTS: i32 = 30;
+
+/// The profile of the ground.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Ground<'a>(Option<&'a [[f64; 2]]>);
+
+impl<'a> Ground<'a> {
+    pub fn of(recording: &'a Recording) -> Self {
+        let points = recording.metadata.ground.as_deref();
+        Self(points.filter(|points| points.len() > 1))
+    }
+
+    /// Its corners, if it is not flat.
+    pub fn corners(&self) -> Option<&'a [[f64; 2]]> {
+        self.0
+    }
+
+    /// Its height at `x`, in m.
+    pub fn height(&self, x: f64) -> f64 {
+        let Some(points) = self.0 else {
+            return 0.0;
+        };
+        let next = points.partition_point(|p| p[0] <= x);
+        let last = next.clamp(1, points.len() - 1);
+        let ([x0, z0], [x1, z1]) = (points[last - 1], points[last]);
+        let way = x1 - x0;
+        if way.abs() > 0.0 {
+            z0 + (z1 - z0) * (x - x0) / way
+        } else {
+            z1
+        }
+    }
+
+    /// Its mean height around `x`, in m: what the eye follows without jumping over steps.
+    pub fn level(&self, x: f64) -> f64 {
+        if self.0.is_none() {
+            return 0.0;
+        }
+        let share = |k: i32| f64::from(k) / f64::from(POINTS);
+        let heights = (-POINTS..=POINTS).map(|k| self.height(x + HALF_WIDTH_M * share(k)));
+        heights.sum::<f64>() / f64::from(2 * POINTS + 1)
+    }
+}
