@@ -72,8 +72,10 @@ fn tumble(body: &Body, start: BodyState, steps: u32) -> (BodyState, EnergyAccoun
 }
 
 fn start(body: &Body, x: f64) -> BodyState {
-    let mut state = BodyState::default();
-    state.x = x;
+    let mut state = BodyState {
+        x,
+        ..BodyState::default()
+    };
     (state.legs[RIGHT].psi, state.legs[LEFT].psi) = (0.3, -0.2);
     state.z = body.lowest_hip_height(&state) + 0.02;
     state.x_dot = 0.8;

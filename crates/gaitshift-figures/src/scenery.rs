@@ -38,6 +38,24 @@ pub(crate) fn draw_ground(canvas: &mut Canvas, view: &View, ground: &Ground<'_>)
     if corners.is_none() {
         canvas.line((0.0, GROUND), (WIDTH, GROUND), surface);
     }
+    if let Some(corners) = corners {
+        let edge = |x: f64| view.x_m + (x - HIP) / view.scale;
+        let (from, to) = (edge(0.0), edge(WIDTH));
+        let ends = [from, to].map(|x| [x, ground.height(x)]);
+        let within = corners.iter().filter(|c| from < c[0] && c[0] < to);
+        let profile: Vec<_> = [&ends[0]]
+            .into_iter()
+            .chain(within)
+            .chain([&ends[1]])
+            .map(|&[x, z]| view.place((x, z)))
+            .collect();
+        canvas.open_clip(Rect::new(0.0, 84.0, WIDTH, GROUND + SOIL - 84.0));
+        let below = [(WIDTH, GROUND + SOIL), (0.0, GROUND + SOIL)];
+        let area = profile.iter().copied().chain(below);
+        canvas.polygon(area, Paint::fill(soil));
+        canvas.polyline(profile, surface);
+        canvas.close_clip();
+    }
     // Marks every quarter metre; positions beyond any track are not marked.
     let first = ((view.x_m - HIP / view.scale) * 4.0)
         .floor()
@@ -59,24 +77,6 @@ pub(crate) fn draw_ground(canvas: &mut Canvas, view: &View, ground: &Ground<'_>)
         } else {
             canvas.line((x, GROUND), (x, GROUND + 4.5), Paint::stroke(ink, 1.0));
         }
-    }
-    if let Some(corners) = corners {
-        let edge = |x: f64| view.x_m + (x - HIP) / view.scale;
-        let (from, to) = (edge(0.0), edge(WIDTH));
-        let ends = [from, to].map(|x| [x, ground.height(x)]);
-        let within = corners.iter().filter(|c| from < c[0] && c[0] < to);
-        let profile: Vec<_> = [&ends[0]]
-            .into_iter()
-            .chain(within)
-            .chain([&ends[1]])
-            .map(|&[x, z]| view.place((x, z)))
-            .collect();
-        canvas.open_clip(Rect::new(0.0, 84.0, WIDTH, GROUND + SOIL - 84.0));
-        let below = [(WIDTH, GROUND + SOIL), (0.0, GROUND + SOIL)];
-        let area = profile.iter().copied().chain(below);
-        canvas.polygon(area, Paint::fill(soil.opacity(0.85)));
-        canvas.polyline(profile, surface);
-        canvas.close_clip();
     }
 }
 
