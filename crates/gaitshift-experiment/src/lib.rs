@@ -17,6 +17,7 @@ mod run_folder;
 mod schedule;
 mod shipped;
 mod simulation;
+mod stress;
 mod sweep;
 mod tensorboard;
 mod training;
@@ -37,6 +38,7 @@ pub use rollout::{Control, Rollout};
 pub use run_folder::TrainingError;
 pub use schedule::{Course, Schedule};
 pub use simulation::{Simulation, recording_row};
+pub use stress::{Limit, Stress, StressPlan, stress};
 pub use sweep::{
     Estimate, EvaluationSummary, Sweep, SweepReport, SweepTable, Trial, TrialSummary, Variant,
     VariantSummary, folder_name, sweep_command,

@@ -55,6 +55,7 @@ pub enum Command {
     Sweep(SweepArguments),
     Evaluate(EvaluateArguments),
     Transition(TransitionArguments),
+    Stress(StressArguments),
     Compare(CompareArguments),
     Render(RenderArguments),
     View(ViewArguments),
@@ -538,6 +539,54 @@ pub struct TransitionArguments {
     /// What disturbs the motion.
     #[command(flatten)]
     pub disturbances: DisturbanceArguments,
+}
+
+/// Finds how much a controller bears: pushes, steps, slopes, noise, latency.
+///
+/// From several random starts, each settled under the command first: the largest push forward, backward, up and down at each
+/// phase of the stride, the highest step up and down, the steepest slope up and down, the largest noise of each observation and
+/// the longest latency without a fall. Sizes grow by a quarter until one is not borne, then the gap is halved twice. One table gives
+/// for each command median, least and greatest over the starts; sizes are in N s (force times 0.1 s), m, rad, m/s, rad/s, s.
+///
+/// Writes the table (stress.json) and a figure of it (SVG, PNG). With --json, standard output is one JSON object, {"limits":
+/// [{"omega_v", "disturbance", "which", "phase", "unit", "limits", "least", "median", "greatest", "greatest_tried"}], "plan",
+/// "controller"}, and files are written only into a folder given by --out. The same starts give the same limits on any number
+/// of threads.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift stress --quick
+  gaitshift stress --controller runs/fast-1 --omega-v 0,3 --out out/stress-fast-1
+  gaitshift stress --seed 1..20 --set friction=0.6 --json")]
+pub struct StressArguments {
+    /// What moves.
+    #[command(flatten)]
+    pub subject: SubjectArguments,
+
+    /// Commands ω_v, separated by commas; FIRST:LAST:STEP is a range [default: 0,1,2,3; 0,3 with --quick]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = commands)]
+    pub omega_v: Vec<Commands>,
+
+    /// Seeds of the starts, e.g. 1..12 or 1,4,7 [default: 1..8; 1..3 with --quick]
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_delimiter = ',', value_parser = seeds)]
+    pub seed: Vec<Seeds>,
+
+    /// A first look: three starts, two commands, pushes forward and backward at four phases, coarser limits
+    #[arg(long)]
+    pub quick: bool,
+
+    /// Threads, 1 to 256 [default: the processors]; the result does not depend on them
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+
+    /// Folder for table and figure; files of the same names are replaced [default: out/stress, none with --json]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print the limits as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Puts controllers, runs and recordings beside each other.

@@ -21,6 +21,7 @@ mod output;
 mod progress;
 mod render;
 mod spread;
+mod stress;
 mod sweep;
 mod train;
 mod transition;
@@ -50,6 +51,7 @@ fn main() -> ExitCode {
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Transition(arguments) => transition::run(&arguments),
+        Command::Stress(arguments) => stress::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::View(arguments) => view::run(&arguments),

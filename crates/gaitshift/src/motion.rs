@@ -82,6 +82,16 @@ impl Subject {
         self.start = Environment::start(&self.body, task, seed);
     }
 
+    /// The controller.
+    pub fn controller(&self) -> &Controller {
+        &self.controller
+    }
+
+    /// The body that moves.
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
     /// Body, task and policy without noise, for whatever moves them by itself.
     pub fn parts(&mut self) -> (&Body, &TaskParameters, Deterministic<'_>) {
         let policy = Deterministic(&mut self.controller.policy);

@@ -1,0 +1,106 @@
+//! Contract: limits do not depend on the threads; they hold when tried by themselves, and what is a rung greater does not;
+//! a body that falls undisturbed has no limits.
+
+use gaitshift_body::Body;
+use gaitshift_experiment::{
+    CommandProfile, Controller, Deterministic, Limit, Rollout, Stress, StressPlan, stress,
+};
+use gaitshift_task::{Disturbance, Environment};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+fn plan() -> StressPlan {
+    StressPlan {
+        omega_v: vec![3.0],
+        seeds: vec![1, 2],
+        phases: 2,
+        after_s: 2.0,
+        settling_s: 3.0,
+        ..StressPlan::quick()
+    }
+}
+
+fn of(plan: &StressPlan, threads: usize) -> Stress {
+    let controller = Controller::shipped().unwrap();
+    let body = Body::new(controller.body.clone()).unwrap();
+    stress(&controller, &body, plan, threads, &|_, _| ()).unwrap()
+}
+
+fn limit<'a>(found: &'a Stress, disturbance: &str, which: &str) -> &'a Limit {
+    let mut limits = found.limits.iter();
+    limits
+        .find(|l| l.disturbance == disturbance && l.which == which)
+        .unwrap()
+}
+
+#[test]
+fn limits_do_not_depend_on_the_threads_and_are_counted() {
+    let controller = Controller::shipped().unwrap();
+    let body = Body::new(controller.body.clone()).unwrap();
+    let (plan, greatest) = (plan(), AtomicUsize::new(0));
+    let count = |done: usize, total: usize| {
+        assert!(done <= total);
+        greatest.fetch_max(done, Ordering::SeqCst);
+    };
+    let several = stress(&controller, &body, &plan, 3, &count).unwrap();
+    assert_eq!(several, of(&plan, 1));
+    // Two directions at two phases, steps, slopes, eight observations, latency.
+    assert_eq!(several.limits.len(), 4 + 2 + 2 + 8 + 1);
+    assert_eq!(greatest.into_inner(), 2 * several.limits.len());
+    for limit in &several.limits {
+        assert_eq!(limit.limits.len(), 2);
+        let (least, greatest) = (limit.least.unwrap(), limit.greatest.unwrap());
+        assert!(0.0 < least && least <= limit.median.unwrap() && greatest <= limit.greatest_tried);
+    }
+}
+
+#[test]
+fn a_limit_holds_and_a_little_more_does_not() {
+    let plan = StressPlan {
+        bisections: 4,
+        seeds: vec![1],
+        ..plan()
+    };
+    let found = of(&plan, 1);
+    let latency_s = limit(&found, "latency", "").limits[0].unwrap();
+    let mut controller = Controller::shipped().unwrap();
+    let body = Body::new(controller.body.clone()).unwrap();
+    // From its start on a motion is harder to bear late than from a settled one, so that only what is far too much is
+    // tried that way.
+    let mut falls = |latency_s: f64| {
+        let disturbance = Disturbance {
+            latency_s,
+            ..Disturbance::default()
+        };
+        let recording = Rollout {
+            body: &body,
+            task: &controller.task,
+            start: Environment::start(&body, &controller.task, Some(1)),
+            profile: &CommandProfile::constant(3.0),
+            duration_s: 5.0,
+            seed: 1,
+            disturbance: Some(&disturbance),
+            controller: "shipped",
+        }
+        .record(&mut Deterministic(&mut controller.policy))
+        .unwrap();
+        recording.metadata.fell
+    };
+    assert!(latency_s > 0.004 && latency_s < 0.05, "{latency_s}");
+    assert!(!falls(0.25 * latency_s) && falls(3.0 * latency_s));
+}
+
+#[test]
+fn who_falls_undisturbed_has_no_limits() {
+    let controller = Controller::shipped().unwrap();
+    let mut parameters = controller.body.clone();
+    parameters.actuator_force_n = 0.0;
+    let body = Body::new(parameters).unwrap();
+    let found = stress(&controller, &body, &plan(), 1, &|_, _| ()).unwrap();
+    for limit in &found.limits {
+        assert_eq!(limit.limits, [None, None]);
+        assert_eq!(
+            (limit.least, limit.median, limit.greatest),
+            (None, None, None)
+        );
+    }
+}
