@@ -241,14 +241,14 @@ pub fn stress(
                 return;
             };
             let subject = Settled::new(&mut controller, body, plan, omega_v, seed);
-            let limits = subject.and_then(|subject| {
+            let limits = subject.map(|subject| {
                 let limits = questions.iter().map(|question| {
                     let subject = subject.as_ref();
                     let limit = subject.map(|s| s.limit(&mut controller, plan, question));
                     progress(done.fetch_add(1, Ordering::SeqCst) + 1, total);
                     limit
                 });
-                Ok(limits.collect())
+                limits.collect()
             });
             found.lock().unwrap_or_else(|e| e.into_inner())[index] = limits;
         }
