@@ -17,6 +17,20 @@ pub(crate) struct Norm<'a, T> {
     pub shift: &'a [T],
 }
 
+/// The first rows of a matrix as vectors of eight: in rows of one length the loops below need no checks.
+#[inline(always)]
+fn vectors<T, const ROWS: usize>(
+    matrix: &mut [T],
+    stride: usize,
+    count: usize,
+) -> [&mut [[T; LANES]]; ROWS] {
+    let mut rows = matrix.chunks_mut(stride);
+    std::array::from_fn(|_| {
+        let row = rows.next().unwrap_or_default();
+        &mut row.as_chunks_mut().0[..count]
+    })
+}
+
 /// `ROWS` rows of [`normalise`]; each row's arithmetic does not depend on `ROWS`.
 #[inline(always)]
 fn normalise_rows<T: Scalar, const ROWS: usize>(
@@ -33,49 +47,56 @@ fn normalise_rows<T: Scalar, const ROWS: usize>(
         shift,
     } = norm;
     let inverse_units = T::ONE / T::from_f64(units as f64);
-    let padded = gain.len();
-    let whole = units - units % LANES;
+    let (gain, _) = gain.as_chunks::<LANES>();
+    let count = gain.len();
+    let shift = &shift.as_chunks::<LANES>().0[..count];
+    let (whole, rest) = (units / LANES, units % LANES);
+    let values = vectors::<T, ROWS>(value, stride, count);
+    let results = vectors::<T, ROWS>(normalised, stride, count);
+    let inverse_deviation = &mut inverse_deviation[..ROWS];
+
     let mut sums = [simd.splat(T::ZERO); ROWS];
-    for column in (0..padded).step_by(LANES) {
-        for (row, sum) in sums.iter_mut().enumerate() {
-            *sum = sum.add(simd.load(&value[row * stride + column..]));
+    for place in 0..count {
+        for (sum, values) in sums.iter_mut().zip(&values) {
+            *sum = sum.add(simd.load(&values[place]));
         }
     }
     let means = sums.map(|sum| sum.sum() * inverse_units);
     let mut squares = [simd.splat(T::ZERO); ROWS];
-    for column in (0..whole).step_by(LANES) {
-        for (row, squares) in squares.iter_mut().enumerate() {
-            let centred = simd
-                .load(&value[row * stride + column..])
-                .sub(simd.splat(means[row]));
-            *squares = centred.mul_add(centred, *squares);
+    for place in 0..whole.min(count) {
+        for row in 0..ROWS {
+            let centred = simd.load(&values[row][place]).sub(simd.splat(means[row]));
+            squares[row] = centred.mul_add(centred, squares[row]);
         }
     }
     for row in 0..ROWS {
         let mean = means[row];
         let mut squares = squares[row].sum();
         // Padding is no unit: it must not enter the variance.
-        for &value in &value[row * stride..][whole..units] {
-            squares += (value - mean) * (value - mean);
+        if rest > 0 {
+            for &value in &values[row][whole][..rest] {
+                squares += (value - mean) * (value - mean);
+            }
         }
         let variance = squares * inverse_units;
         inverse_deviation[row] = T::ONE / (variance + T::from_f64(LAYER_NORM_EPSILON)).sqrt();
     }
-    for column in (0..padded).step_by(LANES) {
-        let (gain, shift) = (simd.load(&gain[column..]), simd.load(&shift[column..]));
+    for place in 0..count {
+        let (gain, shift) = (simd.load(&gain[place]), simd.load(&shift[place]));
         for row in 0..ROWS {
-            let place = row * stride + column;
-            let centred = simd.load(&value[place..]).sub(simd.splat(means[row]));
+            let centred = simd.load(&values[row][place]).sub(simd.splat(means[row]));
             let result = centred.mul(simd.splat(inverse_deviation[row]));
-            result.store(&mut normalised[place..]);
+            result.store(&mut results[row][place]);
             result
                 .mul_add(gain, shift)
                 .rectify()
-                .store(&mut value[place..]);
+                .store(&mut values[row][place]);
         }
     }
-    for row in 0..ROWS {
-        normalised[row * stride..][units..padded].fill(T::ZERO);
+    if rest > 0 {
+        for results in results {
+            results[whole][rest..].fill(T::ZERO);
+        }
     }
 }
 
@@ -118,8 +139,9 @@ vectorised! {
             let (mut gain_sum, mut shift_sum) = (simd.splat(T::ZERO), simd.splat(T::ZERO));
             for row in 0..rows {
                 let place = row * stride + column * LANES;
-                let delta = simd.load(&delta[place..]);
-                gain_sum = delta.mul_add(simd.load(&normalised[place..]), gain_sum);
+                let place = place..place + LANES;
+                let delta = simd.load(&delta[place.clone()]);
+                gain_sum = delta.mul_add(simd.load(&normalised[place]), gain_sum);
                 shift_sum = shift_sum.add(delta);
             }
             gain_sum.store(gain);
