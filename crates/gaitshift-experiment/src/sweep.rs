@@ -178,31 +178,35 @@ impl Sweep {
                 name.len()
             )));
         }
-        let mut trials = Vec::new();
-        for &seed in &file.seeds {
-            for (variant, entry) in entries.iter().enumerate() {
-                let base = entry.experiment.as_ref().unwrap_or(&file.experiment);
-                let base = Experiment::base(base, "experiment", origin, &mut Vec::new())?;
-                let mut table = file.set.clone();
-                overlay(&mut table, entry.set.clone());
-                for key in ["base", "name", "seed"] {
-                    if table.contains_key(key) {
-                        return Err(wrong(format!(
-                            "`set` may not hold `{key}`: it follows from `experiment`, the variant's `name` and `seeds`"
-                        )));
-                    }
+        let base_of = |name: &str| Experiment::base(name, "experiment", origin, &mut Vec::new());
+        let shared = base_of(&file.experiment)?;
+        let mut experiments = Vec::new();
+        for entry in &entries {
+            let own = entry.experiment.as_deref().map(base_of).transpose()?;
+            let mut table = file.set.clone();
+            overlay(&mut table, entry.set.clone());
+            for key in ["base", "name", "seed"] {
+                if table.contains_key(key) {
+                    return Err(wrong(format!(
+                        "`set` may not hold `{key}`: it follows from `experiment`, the variant's `name` and `seeds`"
+                    )));
                 }
-                table.insert("name".to_owned(), Value::String(entry.name.clone()));
-                let origin = format!("{origin}: variant `{}`", entry.name);
-                let mut experiment = base.with_table(table, &origin)?;
-                experiment.seed = seed;
-                trials.push(Trial {
-                    variant,
-                    experiment,
-                    folder: Path::new(&folders[variant]).join(format!("seed-{seed}")),
-                });
             }
+            table.insert("name".to_owned(), Value::String(entry.name.clone()));
+            let origin = format!("{origin}: variant `{}`", entry.name);
+            experiments.push(own.as_ref().unwrap_or(&shared).with_table(table, &origin)?);
         }
+        let trial = |seed: u64, variant: usize| Trial {
+            variant,
+            experiment: Experiment {
+                seed,
+                ..experiments[variant].clone()
+            },
+            folder: Path::new(&folders[variant]).join(format!("seed-{seed}")),
+        };
+        let all = |&seed: &u64| (0..experiments.len()).map(move |variant| (seed, variant));
+        let trials = file.seeds.iter().flat_map(all);
+        let trials = trials.map(|(seed, variant)| trial(seed, variant)).collect();
         let variants = entries.into_iter().map(|v| Variant {
             name: v.name,
             reason: v.reason,

@@ -1,11 +1,9 @@
 //! Contract: the evaluations of a run can be read while it goes on, also by who knows less of them than was written; a
 //! damaged line is named.
 
+mod common;
+use common::EVALUATION;
 use gaitshift_experiment::Evaluation;
-
-const LINE: &str = r#"{"step":800,"elapsed_s":1.5,"met":2,"score":3.25,"accepted":false,"rows":[{"omega_v":0.0,
-"gait":"walking","fell":false,"froude":0.2,"new":1}],"to_running":[{"survived":true,"gait_before":"walking",
-"gait_after":"running"}],"to_walking":[],"checks":[{"name":"walks at 0","met":true}]}"#;
 
 fn read(content: &str) -> Result<Vec<Evaluation>, String> {
     let run = tempfile::tempdir().unwrap();
@@ -14,7 +12,10 @@ fn read(content: &str) -> Result<Vec<Evaluation>, String> {
 }
 
 fn line(score: f64) -> String {
-    LINE.replace('\n', "").replace("3.25", &score.to_string()) + "\n"
+    EVALUATION
+        .replace('\n', "")
+        .replace("3.25", &score.to_string())
+        + "\n"
 }
 
 /// A sweep's table failed with "is damaged" when a trial was just writing an evaluation.

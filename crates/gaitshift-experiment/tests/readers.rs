@@ -8,12 +8,12 @@
 mod common;
 use bolero::TypeGenerator;
 use cap::Cap;
-use common::{Until, tiny};
+use common::{EVALUATION, Until, tiny};
 use gaitshift_analysis::Recording;
 use gaitshift_body::Body;
 use gaitshift_experiment::{
-    CommandProfile, Control, Controller, Deterministic, Experiment, Rollout, Training,
-    load_body_overrides,
+    CommandProfile, Control, Controller, Deterministic, Evaluation, Experiment, Rollout, Sweep,
+    Training, load_body_overrides,
 };
 use gaitshift_sac::{Agent, ReplayBuffer};
 use gaitshift_task::Environment;
@@ -356,6 +356,52 @@ fn experiments() {
             for step in [0, total / 2, total] {
                 experiment.curriculum.at(step, &experiment.task.reward);
             }
+        }
+    });
+}
+
+#[test]
+fn sweeps() {
+    let head = "name = \"s\"\nexperiment = \"fast\"\nseeds = [1, 2]\n";
+    let random = "random = { settings = 3, seed = 1 }\n";
+    let vary = "[vary]\nlearner.learning_rate = { from = 1e-4, to = 1e-3, scale = \"log\" }\n\
+                body.friction = [0.3, 1.0]\n";
+    let grid = "[vary]\nlearner.n_step = [1, 3]\n\"body.friction\" = [0.3, 1.0]\n";
+    let variants = "[set.learner]\nthreads = 1\n[[variants]]\nname = \"a\"\n[[variants]]\nname = \"b\"\n\
+                    set.body = { friction = 0.3 }\n";
+    let seeds = [
+        format!("{head}{random}{vary}"),
+        format!("{head}{grid}"),
+        format!("{head}{variants}"),
+    ];
+    try_damaged(300, seeds.map(String::into_bytes).to_vec(), |bytes| {
+        let Ok(text) = std::str::from_utf8(bytes) else {
+            return;
+        };
+        if let Ok(sweep) = Sweep::parse(text, "sweep.toml") {
+            assert!(!sweep.trials.is_empty());
+            for trial in &sweep.trials {
+                trial.experiment.validate("trial").unwrap();
+            }
+        }
+    });
+}
+
+#[test]
+fn evaluations() {
+    let line = EVALUATION.replace('\n', "");
+    let lines = format!("{line}\n{line}\n").into_bytes();
+    let run = tempfile::tempdir().unwrap();
+    try_damaged(300, vec![lines.clone()], |bytes| {
+        fs::write(run.path().join("evaluations.jsonl"), bytes).unwrap();
+        if bytes == lines {
+            assert_eq!(Evaluation::read_all(run.path()).unwrap().len(), 2);
+        }
+        if let Ok(evaluations) = Evaluation::read_all(run.path()) {
+            assert_eq!(
+                Evaluation::best(&evaluations).is_some(),
+                !evaluations.is_empty()
+            );
         }
     });
 }

@@ -8,9 +8,9 @@ use serde::Deserialize;
 use toml::{Table, Value};
 
 /// Most variants of a sweep.
-const MOST_VARIANTS: usize = 10_000;
+const MOST_VARIANTS: usize = 1_000;
 /// Draws for each setting that is wanted before a space counts as exhausted.
-const MOST_DRAWS: usize = 1_000;
+const MOST_DRAWS: usize = 100;
 
 /// A key and what it may be.
 struct Key {

@@ -40,6 +40,11 @@ body = { friction = [0.6, 1.2], hip_mass_kg = [0.9, 1.1] }
 noise = { theta_rad = 0.01, h_velocity_m_per_s = 0.02 }
 "#;
 
+/// A line of `evaluations.jsonl`, with line ends to be taken out, as far as its reader needs it.
+pub const EVALUATION: &str = r#"{"step":800,"elapsed_s":1.5,"met":2,"score":3.25,"accepted":false,"rows":[{"omega_v":0.0,
+"gait":"walking","fell":false,"froude":0.2,"new":1}],"to_running":[{"survived":true,"gait_before":"walking",
+"gait_after":"running"}],"to_walking":[],"checks":[{"name":"walks at 0","met":true}]}"#;
+
 /// The run of [`TINY`].
 pub fn tiny() -> Experiment {
     Experiment::parse(TINY, "tiny").unwrap()
