@@ -18,7 +18,7 @@
 //! can be right at one load only, the nominal one. Friction is a damper of `impratio` times the normal
 //! one, limited by Coulomb's cone.
 
-use gaitshift_body::{Body, BodyParameters, ParameterError};
+use gaitshift_body::{Body, BodyParameters, ParameterError, Terrain};
 use gaitshift_task::{Environment, TaskParameters};
 use std::fmt::Write as _;
 
@@ -96,9 +96,20 @@ fn foot_inverse_weight(p: &BodyParameters) -> f64 {
 ///
 /// # Errors
 /// Parameters that are not valid ([`BodyParameters::validate`]).
-pub fn mjcf(parameters: &BodyParameters, task: &TaskParameters) -> Result<String, ParameterError> {
+///
+/// Ground that is not flat is a plane where it is one slope, and otherwise boxes side by side, each under one piece: in a
+/// hollow corner a sphere feels both of them, while ours feels the nearer one.
+pub fn mjcf(
+    parameters: &BodyParameters,
+    task: &TaskParameters,
+    terrain: Option<&Terrain>,
+) -> Result<String, ParameterError> {
     let p = parameters;
-    let start = Environment::default_start(&Body::new(p.clone())?, task);
+    let mut body = Body::new(p.clone())?;
+    if let Some(terrain) = terrain {
+        body = body.on(terrain.clone());
+    }
+    let start = Environment::default_start(&body, task);
     let contact = NominalContact::new(p);
     // f R = -(b v + k d r) - a with R = (1 - d) A / d; MuJoCo divides what solref gives by d and d².
     let scale = (1.0 - IMPEDANCE) * foot_inverse_weight(p);
@@ -189,7 +200,7 @@ pub fn mjcf(parameters: &BodyParameters, task: &TaskParameters) -> Result<String
   <worldbody>
     <light pos="0 -2 4" dir="0 0.4 -1" directional="true"/>
     <camera name="side" mode="trackcom" pos="0 -3 0.6" xyaxes="1 0 0 0 0.1 1"/>
-    <geom name="ground" type="plane" size="0 0 1" material="grid" contype="0" conaffinity="1"/>
+{ground}
     <body name="hip" pos="0 0 {l:?}">
       <joint name="x" type="slide" axis="1 0 0"/>
       <joint name="z" type="slide" axis="0 0 1" ref="{l:?}"/>
@@ -218,6 +229,7 @@ pub fn mjcf(parameters: &BodyParameters, task: &TaskParameters) -> Result<String
   </keyframe>
 </mujoco>
 "#,
+        ground = ground(terrain),
         period = task.control_period_s,
         qpos = numbers(&start.positions()),
         qvel = numbers(&start.velocities()),
@@ -242,6 +254,58 @@ pub fn mjcf(parameters: &BodyParameters, task: &TaskParameters) -> Result<String
         hip_com = p.hip_com_height_m,
         hip_inertia = p.hip_inertia_kg_m2,
     ))
+}
+
+/// How far the first and the last piece of the ground reach, and how deep its boxes are, in m.
+const GROUND_REACH_M: f64 = 100.0;
+const GROUND_DEPTH_M: f64 = 1.0;
+
+/// The ground as geoms.
+fn ground(terrain: Option<&Terrain>) -> String {
+    const LAST: &str = r#"material="grid" contype="0" conaffinity="1"/>"#;
+    let Some(terrain) = terrain else {
+        return format!(r#"    <geom name="ground" type="plane" size="0 0 1" {LAST}"#);
+    };
+    let mut points = terrain.outline();
+    let angle = |a: [f64; 2], b: [f64; 2]| (b[1] - a[1]).atan2(b[0] - a[0]);
+    let (first, last) = (points[0], points[points.len() - 1]);
+    let slope = angle(first, last);
+    if points
+        .windows(2)
+        .all(|p| (angle(p[0], p[1]) - slope).abs() < 1e-12)
+    {
+        let [x, z] = first;
+        return format!(
+            r#"    <geom name="ground" type="plane" size="0 0 1" pos="{x:?} 0 {z:?}" euler="0 {:?} 0" {LAST}"#,
+            -slope
+        );
+    }
+    // The outer points lie a metre beyond the corners; the same lines go on.
+    let beyond = |corner: [f64; 2], outer: [f64; 2]| {
+        let way = [outer[0] - corner[0], outer[1] - corner[1]];
+        [
+            corner[0] + GROUND_REACH_M * way[0],
+            corner[1] + GROUND_REACH_M * way[1],
+        ]
+    };
+    let end = points.len() - 1;
+    points[0] = beyond(points[1], points[0]);
+    points[end] = beyond(points[end - 1], points[end]);
+    // A vertical face is the side of the box that ends there.
+    let pieces = points.windows(2).filter(|p| p[1][0] > p[0][0]);
+    let boxes = pieces.enumerate().map(|(k, p)| {
+        let (a, b, angle) = (p[0], p[1], angle(p[0], p[1]));
+        let half = 0.5 * (b[0] - a[0]).hypot(b[1] - a[1]);
+        let (sin, cos) = angle.sin_cos();
+        let x = 0.5 * (a[0] + b[0]) + 0.5 * GROUND_DEPTH_M * sin;
+        let z = 0.5 * (a[1] + b[1]) - 0.5 * GROUND_DEPTH_M * cos;
+        format!(
+            r#"    <geom name="ground_{k}" type="box" size="{half:?} 5 {:?}" pos="{x:?} 0 {z:?}" euler="0 {:?} 0" {LAST}"#,
+            0.5 * GROUND_DEPTH_M,
+            -angle
+        )
+    });
+    boxes.collect::<Vec<_>>().join("\n")
 }
 
 fn numbers(values: &[f64]) -> String {

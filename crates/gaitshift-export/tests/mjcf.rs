@@ -7,7 +7,7 @@ use gaitshift_export::NominalContact;
 use gaitshift_task::{Environment, TaskParameters};
 
 fn mjcf(body: &BodyParameters) -> String {
-    gaitshift_export::mjcf(body, &TaskParameters::default()).unwrap()
+    gaitshift_export::mjcf(body, &TaskParameters::default(), None).unwrap()
 }
 
 /// Opening and closing tags in order, comments left out; panics where they do not match.
@@ -146,7 +146,7 @@ fn the_file_has_a_start_and_the_control_period() {
         ..TaskParameters::default()
     };
     task.start.speed_m_per_s = 0.7;
-    let text = gaitshift_export::mjcf(&body, &task).unwrap();
+    let text = gaitshift_export::mjcf(&body, &task, None).unwrap();
     let tags = tags(&text);
     let named = |name: &str| {
         let mut found = tags.iter().filter(|t| attribute(t, "name") == Some(name));
@@ -177,6 +177,6 @@ fn a_body_out_of_range_is_an_error() {
         foot_mass_kg: -1.0,
         ..BodyParameters::default()
     };
-    let error = gaitshift_export::mjcf(&body, &TaskParameters::default()).unwrap_err();
+    let error = gaitshift_export::mjcf(&body, &TaskParameters::default(), None).unwrap_err();
     assert_eq!(error.key, "foot_mass_kg");
 }

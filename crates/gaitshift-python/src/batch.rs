@@ -1,20 +1,25 @@
 //! Environments stepped together, without Python in between: what both Gymnasium classes stand on.
 
 use crate::controller::Controller;
-use crate::convert::{body_and_task, to_python, value_error};
-use gaitshift_body::{BodyState, LEFT, RIGHT};
+use crate::convert::{body_and_task, from_python, numbers, parameters, to_python, value_error};
+use gaitshift_body::{Body, BodyParameters, BodyState, LEFT, RIGHT};
 use gaitshift_experiment::{Simulation, recording_row};
 use gaitshift_figures::Snapshot;
 use gaitshift_task::{
-    AutoReset, Environment, INFO_SIZE, OBSERVATION_SIZE, Opening, VectorEnvironment, VectorStep,
-    info_names,
+    AutoReset, INFO_SIZE, OBSERVATION_SIZE, Opening, TaskParameters, VectorEnvironment,
+    VectorState, VectorStep, info_names,
 };
 use gaitshift_view::{Server, Show, Stopper, ViewOptions, Watched};
 use numpy::ndarray::{Array1, Array2, Array3};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray2, PyReadonlyArrayDyn,
+    PyUntypedArrayMethods,
+};
 use pyo3::exceptions::{PyIndexError, PyOSError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
+use serde::Deserialize;
+use serde_json::{Value, json};
 use std::net::{Ipv4Addr, SocketAddr};
 
 /// See `_native.pyi`.
@@ -57,7 +62,8 @@ type Vectors<'py> = (
 #[pymethods]
 impl Batch {
     #[new]
-    #[pyo3(signature = (count, omega_v, *, experiment = None, controller = None, body = None, task = None, threads = 1))]
+    #[pyo3(signature = (count, omega_v, *, experiment = None, controller = None, body = None, task = None,
+                        randomization = None, disturbance = None, threads = 1))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -67,6 +73,8 @@ impl Batch {
         controller: Option<&Controller>,
         body: Option<&Bound<'_, PyAny>>,
         task: Option<&Bound<'_, PyAny>>,
+        randomization: Option<&Bound<'_, PyAny>>,
+        disturbance: Option<&Bound<'_, PyAny>>,
         threads: i64,
     ) -> PyResult<Self> {
         let controller = controller.map(|c| &c.controller);
@@ -78,15 +86,61 @@ impl Batch {
         }
         let count = in_range("num_envs", count, 65_536)?;
         let threads = in_range("threads", threads, 256)?;
-        Ok(Self {
-            vector: VectorEnvironment::new(body, task, omega_v, count),
-            threads,
-            shown: None,
-            names: info_names()
-                .iter()
-                .map(|name| PyString::new(py, name).unbind())
-                .collect(),
-        })
+        let own = |table: Option<&Bound<'_, PyAny>>, name| match table {
+            Some(table) => from_python(table, name).map(Some),
+            None => Ok(None),
+        };
+        let vector = hindered(
+            VectorEnvironment::new(body, task, omega_v, count),
+            own(randomization, "randomization")?,
+            own(disturbance, "disturbance")?,
+        )?;
+        Ok(Self::of(py, vector, threads))
+    }
+
+    /// Everything there is, as text for `restore`; without the page that shows it.
+    fn save(&self) -> PyResult<String> {
+        let v = &self.vector;
+        let saved = json!({
+            "body": v.body().parameters(),
+            "task": v.task(),
+            "omega_v": v.command_range(),
+            "randomization": v.randomization(),
+            "disturbance": v.disturbance(),
+            "threads": self.threads,
+            "state": v.state(),
+        });
+        serde_json::to_string(&saved).map_err(value_error)
+    }
+
+    /// What `save` wrote.
+    #[staticmethod]
+    fn restore(py: Python<'_>, text: &str) -> PyResult<Self> {
+        #[derive(Deserialize)]
+        struct All {
+            body: BodyParameters,
+            task: TaskParameters,
+            omega_v: [f64; 2],
+            randomization: Option<Value>,
+            disturbance: Option<Value>,
+            threads: usize,
+            state: VectorState,
+        }
+        let damaged = |cause: &dyn std::fmt::Display| {
+            value_error(format!("the saved environment cannot be used: {cause}"))
+        };
+        let all: All = serde_json::from_str(text).map_err(|e| damaged(&e))?;
+        let body = Body::new(all.body).map_err(|e| damaged(&e))?;
+        all.task
+            .validate(body.parameters())
+            .map_err(|e| damaged(&e))?;
+        let count = all.state.len();
+        let vector = VectorEnvironment::new(body, all.task, all.omega_v, count);
+        let mut vector = hindered(vector, all.randomization, all.disturbance)?;
+        if !vector.restore(all.state) {
+            return Err(damaged(&"it is of other environments"));
+        }
+        Ok(Self::of(py, vector, all.threads.clamp(1, 256)))
     }
 
     #[getter]
@@ -167,12 +221,12 @@ impl Batch {
         indices: Vec<usize>,
         width_px: u32,
     ) -> PyResult<Vec<Bound<'py, PyArray3<u8>>>> {
-        let body = self.vector.body();
         indices
             .iter()
             .try_for_each(|&index| self.check_index(index))?;
         let period_s = self.vector.task().control_period_s;
-        let draw = |environment: &Environment| {
+        let draw = |index: usize| {
+            let (environment, body) = (self.vector.environment(index), self.vector.body_of(index));
             let state = &environment.state;
             let force_n = [RIGHT, LEFT].map(|leg| {
                 let contact = body.foot_contact(state, leg);
@@ -188,9 +242,7 @@ impl Batch {
             .draw(width_px)
         };
         let pictures = py.detach(|| {
-            let drawn = indices
-                .iter()
-                .map(|&index| draw(self.vector.environment(index)));
+            let drawn = indices.iter().map(|&index| draw(index));
             drawn.collect::<Result<Vec<_>, _>>()
         });
         let pictures = pictures.map_err(|e| value_error(e.to_string()))?;
@@ -223,19 +275,21 @@ impl Batch {
         ))
     }
 
-    #[pyo3(signature = (index, omega_v = None, default_start = false))]
+    #[pyo3(signature = (index, omega_v = None, default_start = false, state = None))]
     fn reset_one<'py>(
         &mut self,
         py: Python<'py>,
         index: usize,
         omega_v: Option<f64>,
         default_start: bool,
+        state: Option<[PyReadonlyArrayDyn<'py, f64>; 2]>,
     ) -> PyResult<(Vector<'py, f64>, Bound<'py, PyDict>)> {
         omega_v.map_or(Ok(()), check_command)?;
         self.check_index(index)?;
         let opening = Opening {
             omega_v,
             default_start,
+            state: state.map(|s| body_state(&s)).transpose()?,
         };
         let step = self.vector.reset(index, opening);
         if index == 0 {
@@ -265,13 +319,15 @@ impl Batch {
         ))
     }
 
-    /// Begins an episode in every environment that `mask` names.
+    /// Begins an episode in every environment that `mask` names, in the states given for all environments if there are any.
+    #[pyo3(signature = (mask, omega_v = None, default_start = false, states = None))]
     fn reset_all<'py>(
         &mut self,
         py: Python<'py>,
         mask: Vec<bool>,
         omega_v: Option<f64>,
         default_start: bool,
+        states: Option<Vec<[PyReadonlyArrayDyn<'py, f64>; 2]>>,
     ) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
         omega_v.map_or(Ok(()), check_command)?;
         if mask.len() != self.vector.len() {
@@ -281,15 +337,26 @@ impl Batch {
                 self.vector.len()
             )));
         }
-        let opening = Opening {
-            omega_v,
-            default_start,
-        };
+        let states: Option<Vec<BodyState>> = states
+            .map(|states| states.iter().map(body_state).collect())
+            .transpose()?;
+        if let Some(states) = states.as_ref().filter(|s| s.len() != mask.len()) {
+            return Err(value_error(format!(
+                "{} states were given for {} environments",
+                states.len(),
+                mask.len()
+            )));
+        }
         let steps: Vec<VectorStep> = mask
             .into_iter()
             .enumerate()
             .map(|(index, begin)| {
                 if begin {
+                    let opening = Opening {
+                        omega_v,
+                        default_start,
+                        state: states.as_ref().map(|states| states[index]),
+                    };
                     self.vector.reset(index, opening)
                 } else {
                     self.vector.look(index)
@@ -332,14 +399,43 @@ impl Batch {
     }
 }
 
+/// Environments with what differs between their episodes, or disturbs them.
+fn hindered(
+    mut vector: VectorEnvironment,
+    randomization: Option<Value>,
+    disturbance: Option<Value>,
+) -> PyResult<VectorEnvironment> {
+    if let Some(table) = randomization {
+        let randomization = parameters(table, "randomization")?;
+        vector = vector.randomized(randomization).map_err(value_error)?;
+    }
+    if let Some(table) = disturbance {
+        let disturbance = parameters(table, "disturbance")?;
+        vector = vector.disturbed(disturbance).map_err(value_error)?;
+    }
+    Ok(vector)
+}
+
 impl Batch {
+    fn of(py: Python<'_>, vector: VectorEnvironment, threads: usize) -> Self {
+        Self {
+            vector,
+            threads,
+            shown: None,
+            names: info_names()
+                .iter()
+                .map(|name| PyString::new(py, name).unbind())
+                .collect(),
+        }
+    }
+
     /// Shows the first environment after a step, if anyone watches.
     fn show(&mut self, command: [f64; 2], step: &VectorStep) {
         if let Some(shown) = &mut self.shown {
             let environment = self.vector.environment(0);
             let period_s = self.vector.task().control_period_s;
             recording_row(
-                self.vector.body(),
+                self.vector.body_of(0),
                 environment,
                 f64::from(environment.periods) * period_s,
                 command,
@@ -375,6 +471,14 @@ impl Batch {
         info.set_item(&self.names[INFO_SIZE - 1], diverged)?;
         Ok(info)
     }
+}
+
+/// Positions and velocities as the state of a body.
+fn body_state([positions, velocities]: &[PyReadonlyArrayDyn<'_, f64>; 2]) -> PyResult<BodyState> {
+    Ok(BodyState::from_coordinates(
+        &numbers(positions, "state[0]")?,
+        &numbers(velocities, "state[1]")?,
+    ))
 }
 
 fn in_range(name: &str, value: i64, most: usize) -> PyResult<usize> {

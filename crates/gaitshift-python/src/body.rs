@@ -2,7 +2,7 @@
 
 use crate::convert::{numbers, to_python, value_error, with_overrides};
 use gaitshift_body::{BodyParameters, BodyState, EnergyAccount};
-use gaitshift_task::{StepEnergies, TaskParameters};
+use gaitshift_task::{Disturbance, StepEnergies, TaskParameters, TerrainParameters};
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -16,7 +16,8 @@ const MOST_STEPS: u32 = 18_000_000;
 /// The mechanism alone: no task, no controller.
 ///
 /// `parameters` are those that differ from the default body's (keys of `[body]`); ValueError for an unknown one or a
-/// value out of range.
+/// value out of range. `terrain` is the ground where it is not flat, with the keys of `[terrain]` of a disturbance:
+/// slope_rad, slope_from_m, steps, uneven.
 ///
 /// Positions and velocities are arrays of shape (11,), float64: x, z, theta, then phi, h, d, w of the right leg and of
 /// the left one (m, rad, m/s, rad/s).
@@ -33,12 +34,20 @@ fn state(positions: &Array<'_>, velocities: &Array<'_>) -> PyResult<BodyState> {
 #[pymethods]
 impl Body {
     #[new]
-    #[pyo3(signature = (parameters = None))]
-    fn new(parameters: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    #[pyo3(signature = (parameters = None, terrain = None))]
+    fn new(
+        parameters: Option<&Bound<'_, PyAny>>,
+        terrain: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
         let parameters: BodyParameters =
             with_overrides(&BodyParameters::default(), parameters, "parameters")?;
+        let ground = Disturbance {
+            terrain: with_overrides(&TerrainParameters::default(), terrain, "terrain")?,
+            ..Disturbance::default()
+        };
+        ground.validate().map_err(value_error)?;
         let body = gaitshift_body::Body::new(parameters).map_err(value_error)?;
-        Ok(Self(body))
+        Ok(Self(ground.place(body)))
     }
 
     /// All parameters.
@@ -53,7 +62,7 @@ impl Body {
     #[pyo3(signature = (task = None))]
     fn mjcf(&self, task: Option<&Bound<'_, PyAny>>) -> PyResult<String> {
         let task: TaskParameters = with_overrides(&TaskParameters::default(), task, "task")?;
-        gaitshift_export::mjcf(self.0.parameters(), &task).map_err(value_error)
+        gaitshift_export::mjcf(self.0.parameters(), &task, self.0.terrain()).map_err(value_error)
     }
 
     /// Accelerations of the 11 coordinates (m/s², rad/s²) under the actuators' forces, shape (2,), in N.
@@ -149,6 +158,11 @@ impl Body {
             Ok::<_, PyErr>(out)
         };
         Ok([foot(0)?, foot(1)?])
+    }
+
+    /// Height of the ground in m at `x`.
+    fn ground_height(&self, x: f64) -> f64 {
+        self.0.ground_height(x)
     }
 
     /// Height of the hip axis in m at which the lower sole just touches the ground.

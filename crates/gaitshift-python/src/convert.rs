@@ -37,6 +37,12 @@ pub fn from_python(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     serde_json::from_str(&text).map_err(|e| value_error(format!("`{name}`: {e}")))
 }
 
+/// Parameters from a table; what it leaves out is as by default, and an unknown key is an error that names the one that was
+/// probably meant.
+pub fn parameters<T: DeserializeOwned>(table: Value, name: &str) -> PyResult<T> {
+    serde_json::from_value(table).map_err(|e| value_error(did_you_mean(&format!("`{name}`: {e}"))))
+}
+
 /// `base` with the keys that a dictionary replaces; an unknown key is an error that names the one that was probably meant.
 pub fn with_overrides<T: Serialize + DeserializeOwned>(
     base: &T,
@@ -47,7 +53,7 @@ pub fn with_overrides<T: Serialize + DeserializeOwned>(
     if let Some(overrides) = overrides {
         overlay(&mut whole, from_python(overrides, name)?);
     }
-    serde_json::from_value(whole).map_err(|e| value_error(did_you_mean(&format!("`{name}`: {e}"))))
+    parameters(whole, name)
 }
 
 fn overlay(base: &mut Value, over: Value) {

@@ -335,7 +335,7 @@ impl Disturbance {
 }
 
 /// A disturbance at work on one motion: what its delay and its sensors hold at the moment.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Disturbed {
     conditions: Conditions,
     rng: Xoshiro256PlusPlus,

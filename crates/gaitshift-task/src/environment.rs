@@ -180,6 +180,27 @@ impl Environment {
         self.account = EnergyAccount::default();
     }
 
+    /// [`Environment::step`] with the delay of what an episode has drawn; the sensors' error is drawn anew.
+    pub(crate) fn step_under(
+        &mut self,
+        conditions: &mut Conditions,
+        rng: &mut Xoshiro256PlusPlus,
+        body: &Body,
+        task: &TaskParameters,
+        reward: &RewardParameters,
+        command: [f64; 2],
+    ) -> StepOutcome {
+        let steps = task.steps_per_period(body.parameters());
+        let (part, early, late) = conditions.delay(command, steps);
+        conditions.sense(rng);
+        let parts = [(early, part), (late, steps - part)].map(|(command, steps)| Part {
+            command,
+            push_n: None,
+            steps,
+        });
+        self.step_in_parts(body, task, reward, &parts)
+    }
+
     /// Advances one control period whose parts follow each other.
     pub(crate) fn step_in_parts(
         &mut self,
@@ -527,17 +548,14 @@ impl Member {
         let body = own.as_ref().unwrap_or(body);
         let mut outcome = match &mut episode.conditions {
             None => environment.step(body, task, &settings.reward, command),
-            Some(conditions) => {
-                let steps = task.steps_per_period(body.parameters());
-                let (part, early, late) = conditions.delay(command, steps);
-                conditions.sense(&mut episode.rng);
-                let parts = [(early, part), (late, steps - part)].map(|(command, steps)| Part {
-                    command,
-                    push_n: None,
-                    steps,
-                });
-                environment.step_in_parts(body, task, &settings.reward, &parts)
-            }
+            Some(conditions) => environment.step_under(
+                conditions,
+                &mut episode.rng,
+                body,
+                task,
+                &settings.reward,
+                command,
+            ),
         };
         outcome.terms.symmetry = symmetry;
         episode.held_periods = episode.held_periods.saturating_add(1);

@@ -23,4 +23,6 @@ pub use observation::{
 pub use parameters::{StartParameters, TaskError, TaskParameters, TerminationParameters};
 pub use randomization::{BodyFactors, Randomization, SensorNoise};
 pub use reward::{LegTerm, RewardOverrides, RewardParameters, RewardTerms, StepEnergies};
-pub use vector::{AutoReset, INFO_SIZE, Opening, VectorEnvironment, VectorStep, info_names};
+pub use vector::{
+    AutoReset, INFO_SIZE, Opening, VectorEnvironment, VectorState, VectorStep, info_names,
+};

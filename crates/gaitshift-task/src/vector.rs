@@ -2,11 +2,15 @@
 //! them, and everything there is to tell of a step.
 
 use crate::observation::OBSERVATION_SIZE;
-use crate::randomization::uniform;
-use crate::{EndReason, Environment, RewardTerms, TaskParameters};
+use crate::randomization::{Conditions, uniform};
+use crate::{
+    Disturbance, Disturbed, EndReason, Environment, Randomization, RewardTerms, TaskError,
+    TaskParameters,
+};
 use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use serde::{Deserialize, Serialize};
 
 /// Terms of the reward without the symmetry term (7), which only a learner knows.
 const TERMS: usize = RewardTerms::NAMES.len() - 1;
@@ -63,6 +67,8 @@ pub struct Opening {
     pub omega_v: Option<f64>,
     /// Whether it begins at the default start instead of a random one.
     pub default_start: bool,
+    /// The state in which it begins, instead of either.
+    pub state: Option<BodyState>,
 }
 
 /// What one step of one environment gives.
@@ -89,10 +95,60 @@ pub struct VectorStep {
 /// One environment with its own random numbers.
 #[derive(Debug, Clone)]
 struct Member {
+    saved: Saved,
+    /// The episode's own body, where it has one; follows from its conditions.
+    body: Option<Body>,
+}
+
+/// What of an environment changes as it moves.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Saved {
     environment: Environment,
     rng: Xoshiro256PlusPlus,
     /// The episode is over.
     over: bool,
+    /// What the episode has drawn, where there is a randomization.
+    conditions: Option<Conditions>,
+    /// What disturbs the episode.
+    disturbed: Option<Disturbed>,
+}
+
+/// Everything about a vector of environments that changes as it moves.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct VectorState(Vec<Saved>);
+
+impl VectorState {
+    /// Number of environments.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl Saved {
+    /// The body that it drew. One that was checked can be.
+    fn body(&self) -> Option<Body> {
+        let conditions = self.conditions.as_ref()?;
+        Body::new(conditions.body.clone()).ok()
+    }
+
+    fn observation(&self) -> [f64; OBSERVATION_SIZE] {
+        match (&self.disturbed, &self.conditions) {
+            (Some(disturbed), _) => disturbed.observation(&self.environment),
+            (None, Some(conditions)) => conditions.sensed(self.environment.observation()),
+            (None, None) => self.environment.observation(),
+        }
+    }
+}
+
+impl Member {
+    fn body<'a>(&'a self, shared: &'a Body) -> &'a Body {
+        self.body.as_ref().unwrap_or(shared)
+    }
 }
 
 /// What all environments share.
@@ -101,6 +157,8 @@ struct Setting {
     body: Body,
     task: TaskParameters,
     omega_v: [f64; 2],
+    randomization: Option<Randomization>,
+    disturbance: Option<Disturbance>,
 }
 
 /// Environments stepped together. What comes out does not depend on how many there are beside, nor on the threads.
@@ -115,9 +173,14 @@ impl VectorEnvironment {
     /// [`VectorEnvironment::reset`]; until then the bodies stand.
     pub fn new(body: Body, task: TaskParameters, omega_v: [f64; 2], count: usize) -> Self {
         let member = Member {
-            environment: Environment::new(&body, BodyState::standing(&body), 0.0),
-            rng: Xoshiro256PlusPlus::seed_from_u64(0),
-            over: false,
+            saved: Saved {
+                environment: Environment::new(&body, BodyState::standing(&body), 0.0),
+                rng: Xoshiro256PlusPlus::seed_from_u64(0),
+                over: false,
+                conditions: None,
+                disturbed: None,
+            },
+            body: None,
         };
         Self {
             members: vec![member; count],
@@ -125,8 +188,89 @@ impl VectorEnvironment {
                 body,
                 task,
                 omega_v,
+                randomization: None,
+                disturbance: None,
             },
         }
+    }
+
+    /// The same environments, whose episodes draw what differs between them. Starts and commands are those that they
+    /// would be without.
+    ///
+    /// # Errors
+    /// A value out of range, or a disturbance as well.
+    pub fn randomized(mut self, randomization: Randomization) -> Result<Self, TaskError> {
+        randomization.validate("randomization", self.body().parameters())?;
+        self.setting.randomization = Some(randomization);
+        self.checked()
+    }
+
+    /// The same environments, each episode disturbed alike but for its noise, which is drawn.
+    ///
+    /// # Errors
+    /// A value out of range, a push at a phase of the stride, or a randomization as well.
+    pub fn disturbed(mut self, disturbance: Disturbance) -> Result<Self, TaskError> {
+        disturbance.validate()?;
+        if let Some(push) = disturbance.pushes.iter().find(|p| p.phase.is_some()) {
+            return Err(TaskError {
+                key: "disturbance.pushes.phase".to_owned(),
+                value: format!("{:?}", push.phase.unwrap_or_default()),
+                accepted: "left out: an environment does not know its strides beforehand",
+            });
+        }
+        self.setting.body = disturbance.place(self.setting.body);
+        self.setting.disturbance = Some(disturbance);
+        self.checked()
+    }
+
+    fn checked(self) -> Result<Self, TaskError> {
+        if self.setting.randomization.is_some() && self.setting.disturbance.is_some() {
+            return Err(TaskError {
+                key: "randomization".to_owned(),
+                value: "given beside a disturbance".to_owned(),
+                accepted: "given alone: latency and noise are of the one or of the other",
+            });
+        }
+        Ok(self)
+    }
+
+    /// What draws the differences between episodes.
+    pub fn randomization(&self) -> Option<&Randomization> {
+        self.setting.randomization.as_ref()
+    }
+
+    /// What disturbs every episode.
+    pub fn disturbance(&self) -> Option<&Disturbance> {
+        self.setting.disturbance.as_ref()
+    }
+
+    /// The range from which commands are drawn.
+    pub fn command_range(&self) -> [f64; 2] {
+        self.setting.omega_v
+    }
+
+    /// A copy of everything that changes.
+    pub fn state(&self) -> VectorState {
+        VectorState(self.members.iter().map(|m| m.saved.clone()).collect())
+    }
+
+    /// Goes back to a saved state. Returns whether it is one of so many environments, of bodies that can be; nothing
+    /// changes otherwise.
+    pub fn restore(&mut self, state: VectorState) -> bool {
+        let members: Vec<Member> = state
+            .0
+            .into_iter()
+            .map(|saved| Member {
+                body: saved.body(),
+                saved,
+            })
+            .collect();
+        let possible = |m: &Member| m.body.is_some() == m.saved.conditions.is_some();
+        let fits = members.len() == self.len() && members.iter().all(possible);
+        if fits {
+            self.members = members;
+        }
+        fits
     }
 
     /// Number of environments.
@@ -144,6 +288,11 @@ impl VectorEnvironment {
         &self.setting.body
     }
 
+    /// The body of environment `index` in its episode: [`VectorEnvironment::body`] unless it was drawn.
+    pub fn body_of(&self, index: usize) -> &Body {
+        self.members[index].body(&self.setting.body)
+    }
+
     /// The task.
     pub fn task(&self) -> &TaskParameters {
         &self.setting.task
@@ -151,18 +300,18 @@ impl VectorEnvironment {
 
     /// Environment `index`.
     pub fn environment(&self, index: usize) -> &Environment {
-        &self.members[index].environment
+        &self.members[index].saved.environment
     }
 
     /// Starts the random numbers of environment `index` anew. The next random start is the one that
     /// [`Environment::start`] draws with this seed.
     pub fn seed(&mut self, index: usize, seed: u64) {
-        self.members[index].rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+        self.members[index].saved.rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     }
 
     /// Changes the command of environment `index` within its episode.
     pub fn set_command(&mut self, index: usize, omega_v: f64) {
-        self.members[index].environment.omega_v = omega_v;
+        self.members[index].saved.environment.omega_v = omega_v;
     }
 
     /// Begins an episode in environment `index`.
@@ -172,11 +321,11 @@ impl VectorEnvironment {
 
     /// What there is to tell of environment `index` between two steps, without forces and reward.
     pub fn look(&self, index: usize) -> VectorStep {
-        let environment = self.environment(index);
+        let member = &self.members[index];
         let (terms, report) = (RewardTerms::default(), AdvanceReport::default());
         VectorStep {
-            observation: environment.observation(),
-            info: self.setting.info(environment, &terms, &report, false),
+            observation: member.saved.observation(),
+            info: self.setting.info(member, &terms, &report, false),
             ..VectorStep::default()
         }
     }
@@ -225,38 +374,64 @@ impl Setting {
     /// Begins an episode. The start is drawn before the command, so that a seed gives the start that
     /// [`Environment::start`] gives.
     fn begin(&self, member: &mut Member, opening: Opening) -> VectorStep {
-        let start = if opening.default_start {
-            Environment::default_start(&self.body, &self.task)
-        } else {
-            Environment::random_start(&self.body, &self.task, None, &mut member.rng)
+        let saved = &mut member.saved;
+        let rng = &mut saved.rng;
+        let start = match opening.state {
+            Some(state) => state,
+            None if opening.default_start => Environment::default_start(&self.body, &self.task),
+            None => Environment::random_start(&self.body, &self.task, None, rng),
         };
         let [low, high] = self.omega_v;
         let omega_v = match opening.omega_v {
             Some(omega_v) => omega_v,
-            None if low < high => uniform(self.omega_v, &mut member.rng),
+            None if low < high => uniform(self.omega_v, rng),
             None => low,
         };
-        member.environment = Environment::new(&self.body, start, omega_v);
-        member.over = false;
-        let contact = [RIGHT, LEFT].map(|leg| self.body.foot_contact(&start, leg));
+        let parameters = self.body.parameters();
+        let drawn = self.randomization.as_ref();
+        saved.conditions = drawn.and_then(|r| r.draw(parameters, rng));
+        saved.disturbed = self.disturbance.as_ref().and_then(|disturbance| {
+            // Only noise is drawn: without any, commands and starts are those of an undisturbed environment.
+            let noisy = disturbance.noise != crate::SensorNoise::default();
+            let seed = if noisy { rng.random() } else { 0 };
+            Disturbed::new(disturbance, parameters, seed)
+        });
+        member.body = saved.body();
+        let body = member.body.as_ref().unwrap_or(&self.body);
+        saved.environment = Environment::new(body, start, omega_v);
+        saved.over = false;
+        let contact = [RIGHT, LEFT].map(|leg| body.foot_contact(&start, leg));
         let report = AdvanceReport {
             normal_n: contact.map(|c| c.normal_n),
             tangential_n: contact.map(|c| c.tangential_n),
             ..AdvanceReport::default()
         };
-        let environment = &member.environment;
         VectorStep {
-            observation: environment.observation(),
-            info: self.info(environment, &RewardTerms::default(), &report, false),
+            observation: member.saved.observation(),
+            info: self.info(member, &RewardTerms::default(), &report, false),
             report,
             ..VectorStep::default()
         }
     }
 
     fn step(&self, member: &mut Member, command: [f64; 2]) -> VectorStep {
-        let environment = &mut member.environment;
+        let body = member.body.as_ref().unwrap_or(&self.body);
+        let Saved {
+            environment,
+            rng,
+            over,
+            conditions,
+            disturbed,
+        } = &mut member.saved;
         let before = environment.clone();
-        let outcome = environment.step(&self.body, &self.task, &self.task.reward, command);
+        let (task, reward) = (&self.task, &self.task.reward);
+        let outcome = match (disturbed, conditions) {
+            (Some(disturbed), _) => disturbed.step(environment, body, task, reward, command, None),
+            (None, Some(conditions)) => {
+                environment.step_under(conditions, rng, body, task, reward, command)
+            }
+            (None, None) => environment.step(body, task, reward, command),
+        };
         let diverged = outcome.ended == Some(EndReason::Diverged);
         if diverged {
             // Numbers that are none must not reach a learner: the last state that had any stays.
@@ -267,13 +442,13 @@ impl Setting {
         } else {
             outcome.report
         };
-        member.over = outcome.ended.is_some();
+        *over = outcome.ended.is_some();
         VectorStep {
-            observation: environment.observation(),
+            observation: member.saved.observation(),
             reward: outcome.factor * outcome.terms.sum(),
             terminated: outcome.ended.is_some_and(EndReason::is_termination),
             truncated: outcome.ended == Some(EndReason::TimeLimit),
-            info: self.info(environment, &outcome.terms, &report, diverged),
+            info: self.info(member, &outcome.terms, &report, diverged),
             terms: outcome.terms,
             report,
             last: None,
@@ -287,11 +462,11 @@ impl Setting {
         command: [f64; 2],
         auto_reset: AutoReset,
     ) -> VectorStep {
-        if member.over && auto_reset == AutoReset::NextStep {
+        if member.saved.over && auto_reset == AutoReset::NextStep {
             return self.begin(member, Opening::default());
         }
         let step = self.step(member, command);
-        if !(member.over && auto_reset == AutoReset::SameStep) {
+        if !(member.saved.over && auto_reset == AutoReset::SameStep) {
             return step;
         }
         let first = self.begin(member, Opening::default());
@@ -306,13 +481,15 @@ impl Setting {
     /// The information, in the order of [`info_names`].
     fn info(
         &self,
-        environment: &Environment,
+        member: &Member,
         terms: &RewardTerms,
         report: &AdvanceReport,
         diverged: bool,
     ) -> [f64; INFO_SIZE] {
+        let environment = &member.saved.environment;
         let s: &BodyState = &environment.state;
-        let (energy, account) = (self.body.energy(s), &environment.account);
+        let energy = member.body(&self.body).energy(s);
+        let account = &environment.account;
         let names = RewardTerms::NAMES.iter().zip(terms.values());
         let place = [
             f64::from(environment.periods) * self.task.control_period_s,

@@ -20,7 +20,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             out,
         } => {
             let (parameters, task) = body_and_task(changes, controller.as_deref())?;
-            let text = gaitshift_export::mjcf(&parameters, &task).map_err(Failure::input)?;
+            let text = gaitshift_export::mjcf(&parameters, &task, None).map_err(Failure::input)?;
             put(text.as_bytes(), out.as_deref())
         }
         ExportFormat::Onnx { controller, out } => {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from gymnasium import spaces
@@ -31,6 +31,16 @@ class HasParameters:
     def task(self) -> dict[str, Any]:
         """All parameters of the task."""
         return self._batch.task
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For ``pickle`` and ``copy.deepcopy``: the copy goes on to the same bits. A page that shows this one does not show it."""
+        return {**self.__dict__, "_batch": self._batch.save()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._batch = _native.Batch.restore(state["_batch"])
+        if "url" in state:
+            self.__dict__["url"] = None
 
 
 RENDER_WIDTH_PX = 640
@@ -62,13 +72,16 @@ def make_batch(
     controller: Controller | str | os.PathLike[str] | None,
     body: Mapping[str, Any] | None,
     task: Mapping[str, Any] | None,
+    randomization: Mapping[str, Any] | None,
+    disturbance: Mapping[str, Any] | None,
     threads: int = 1,
 ) -> _native.Batch:
     if isinstance(controller, (str, os.PathLike)):
         controller = Controller.load(controller)
     if controller is not None and not isinstance(controller, Controller):
         raise TypeError(f"`controller` must be a gaitshift.Controller or a path, not {type(controller).__name__}")
-    for name, value in (("body", body), ("task", task)):
+    tables = {"body": body, "task": task, "randomization": randomization, "disturbance": disturbance}
+    for name, value in tables.items():
         if value is not None and not isinstance(value, Mapping):
             raise TypeError(f"`{name}` must be a mapping of parameters, not {type(value).__name__}")
     try:
@@ -80,8 +93,7 @@ def make_batch(
         bounds,
         experiment=experiment_text(experiment),
         controller=None if controller is None else controller._native,
-        body=None if body is None else dict(body),
-        task=None if task is None else dict(task),
+        **{name: None if table is None else dict(table) for name, table in tables.items()},
         threads=threads,
     )
 
@@ -100,17 +112,50 @@ def checked_seed(seed: Any) -> int:
     return int(seed)
 
 
-def reset_options(options: Mapping[str, Any] | None) -> tuple[float | None, bool]:
-    """The command, and whether the start is the default one."""
+State = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+class ResetOptions(NamedTuple):
+    """How an episode begins."""
+
+    omega_v: float | None = None
+    default_start: bool = False
+    state: State | None = None
+
+
+def reset_options(options: Mapping[str, Any] | None, num_envs: int | None = None) -> ResetOptions:
+    """The options of reset; states of several environments have a row for each."""
     if options is None:
-        return None, False
-    unknown = sorted(set(options) - {"omega_v", "start"})
+        return ResetOptions()
+    unknown = sorted(set(options) - {"omega_v", "start", "state"})
     if unknown:
-        raise ValueError(f"unknown option {unknown[0]!r} of reset; the options are 'omega_v' and 'start'")
+        raise ValueError(f"unknown option {unknown[0]!r} of reset; the options are 'omega_v', 'start' and 'state'")
     start = options.get("start", "random")
     if start not in ("default", "random"):
         raise ValueError(f"the option 'start' of reset is {start!r}, but it must be 'default' or 'random'")
     omega_v = options.get("omega_v")
     if omega_v is not None and not isinstance(omega_v, (int, float, np.number)):
         raise TypeError(f"the option 'omega_v' of reset must be a number, not {omega_v!r}")
-    return None if omega_v is None else float(omega_v), start == "default"
+    state = options.get("state")
+    if state is not None and "start" in options:
+        raise ValueError("the options 'start' and 'state' of reset both say where the episode begins; give one of them")
+    return ResetOptions(
+        None if omega_v is None else float(omega_v),
+        start == "default",
+        None if state is None else checked_state(state, num_envs),
+    )
+
+
+def checked_state(state: Any, num_envs: int | None) -> State:
+    """Positions and velocities, each of shape (11,), or for several environments (num_envs, 11)."""
+    shape = (11,) if num_envs is None else (num_envs, 11)
+    try:
+        positions, velocities = (np.array(np.broadcast_to(np.asarray(x, dtype=np.float64), shape)) for x in state)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"the option 'state' of reset must be a pair (positions, velocities) of arrays of the shape {shape}, as the "
+            "attribute state gives them"
+        ) from None
+    if not (np.isfinite(positions).all() and np.isfinite(velocities).all()):
+        raise ValueError("the option 'state' of reset holds a number that is not finite")
+    return positions, velocities

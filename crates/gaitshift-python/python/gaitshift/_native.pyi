@@ -29,13 +29,16 @@ class Body:
     """The mechanism alone: no task, no controller.
 
     `parameters` are those that differ from the default body's (keys of `[body]`); ValueError for an unknown one or a
-    value out of range.
+    value out of range. `terrain` is the ground where it is not flat, with the keys of `[terrain]` of a disturbance:
+    slope_rad, slope_from_m, steps, uneven.
 
     Positions and velocities are arrays of shape (11,), float64: x, z, theta, then phi, h, d, w of the right leg and of
     the left one (m, rad, m/s, rad/s).
     """
 
-    def __init__(self, parameters: Mapping[str, Any] | None = None) -> None: ...
+    def __init__(
+        self, parameters: Mapping[str, Any] | None = None, terrain: Mapping[str, Any] | None = None
+    ) -> None: ...
     @property
     def parameters(self) -> dict[str, Any]:
         """All parameters."""
@@ -59,6 +62,8 @@ class Body:
     def foot_contact(self, positions: _Floats, velocities: _Floats) -> list[dict[str, float]]:
         """What the ground does to the right and the left foot: tangential_n, normal_n (N), moment_nm about the hip axis
         (N m), elastic_j (J), normal_loss_w and friction_loss_w (W)."""
+    def ground_height(self, x: float) -> float:
+        """Height of the ground in m at `x`."""
     def lowest_hip_height(self, positions: _Floats) -> float:
         """Height of the hip axis in m at which the lower sole just touches the ground."""
 
@@ -192,8 +197,13 @@ class Batch:
         controller: Controller | None = None,
         body: Mapping[str, Any] | None = None,
         task: Mapping[str, Any] | None = None,
+        randomization: Mapping[str, Any] | None = None,
+        disturbance: Mapping[str, Any] | None = None,
         threads: int = 1,
     ) -> None: ...
+    def save(self) -> str: ...
+    @staticmethod
+    def restore(text: str) -> Batch: ...
     @property
     def body(self) -> dict[str, Any]: ...
     @property
@@ -208,11 +218,19 @@ class Batch:
     def unwatch(self) -> None: ...
     def render(self, indices: Sequence[int], width_px: int) -> list[NDArray[np.uint8]]: ...
     def reset_one(
-        self, index: int, omega_v: float | None = None, default_start: bool = False
+        self,
+        index: int,
+        omega_v: float | None = None,
+        default_start: bool = False,
+        state: tuple[_Floats, _Floats] | None = None,
     ) -> tuple[_Floats, dict[str, Any]]: ...
     def step_one(self, right: float, left: float) -> tuple[_Floats, float, bool, bool, dict[str, Any]]: ...
     def reset_all(
-        self, mask: Sequence[bool], omega_v: float | None, default_start: bool
+        self,
+        mask: Sequence[bool],
+        omega_v: float | None = None,
+        default_start: bool = False,
+        states: Sequence[tuple[_Floats, _Floats]] | None = None,
     ) -> tuple[_Floats, _Floats]: ...
     def step(
         self, actions: _Floats, autoreset: int

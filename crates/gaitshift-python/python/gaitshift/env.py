@@ -51,7 +51,10 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     period), position (m), time (s) and command.
 
     **reset** takes the options ``omega_v`` (the command of this episode) and ``start`` (``"random"`` or ``"default"``: the
-    middle of the ranges that starts are drawn from). ``reset(seed=n)`` starts where ``gaitshift evaluate --seed n`` does.
+    middle of the ranges that starts are drawn from), or ``state`` (positions and velocities, as :attr:`state` gives them, to
+    rounding). ``reset(seed=n)`` starts where ``gaitshift evaluate --seed n`` does.
+
+    Environments can be pickled and copied (``copy.deepcopy``) in mid-episode; the copy goes on to the same bits.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 100}
@@ -64,6 +67,8 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
         controller: Controller | str | os.PathLike[str] | None = None,
         body: Mapping[str, Any] | None = None,
         task: Mapping[str, Any] | None = None,
+        randomization: Mapping[str, Any] | None = None,
+        disturbance: Mapping[str, Any] | None = None,
         render_mode: str | None = None,
     ) -> None:
         """Prepares the environment.
@@ -75,6 +80,11 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
             controller: take body and task of this controller instead.
             body: parameters of the body that differ, e.g. ``{"friction": 0.6}``.
             task: parameters of the task that differ, e.g. ``{"reward": {"omega_e": 0.1}}``.
+            randomization: what each episode draws: factors of the body, latency, noise, with the keys of a phase's
+                ``randomization``, e.g. ``{"body": {"friction": [0.5, 1.2]}, "latency_s": [0, 0.01]}``.
+            disturbance: what disturbs every episode, with the keys of ``gaitshift evaluate --disturbance``, e.g.
+                ``{"terrain": {"slope_rad": 0.03}, "pushes": [{"forward_n": 80, "start_s": 2}]}``; not together with
+                ``randomization``.
             render_mode: ``"rgb_array"``: :meth:`render` gives a picture; ``gymnasium.make`` also takes ``"rgb_array_list"``.
                 ``"human"``: the first reset opens a page in the browser, at :attr:`url`, on which the body moves; steps wait so
                 that it moves in real time.
@@ -87,7 +97,7 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
         """
         self.render_mode = checked_render_mode(render_mode, ["human", "rgb_array"])
         self.observation_space, self.action_space = make_spaces()
-        self._batch = make_batch(1, omega_v, experiment, controller, body, task)
+        self._batch = make_batch(1, omega_v, experiment, controller, body, task, randomization, disturbance)
         self.metadata = render_metadata(self.metadata, self._batch)
         self._seeded = False
         self._running = False
@@ -116,7 +126,7 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     ) -> tuple[NDArray[np.float64], dict[str, Any]]:
         """Begins an episode; see the class for the options."""
         self._check_open()
-        omega_v, default_start = reset_options(options)
+        opening = reset_options(options)
         seed = None if seed is None else checked_seed(seed)
         super().reset(seed=seed)
         if seed is not None or not self._seeded:
@@ -126,7 +136,7 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
             self.url = self._batch.watch("gaitshift/PassiveBiped-v0")
             print(f"watch it at {self.url}", file=sys.stderr)
             webbrowser.open(self.url)
-        observation, info = self._batch.reset_one(0, omega_v, default_start)
+        observation, info = self._batch.reset_one(0, *opening)
         self._due_s = time.monotonic()
         self._running = True
         return observation, info

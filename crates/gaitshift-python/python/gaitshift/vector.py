@@ -38,7 +38,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
     says for which environments it holds, which is all of them.
 
     Seeds, automatic resets and ``options["reset_mask"]`` follow Gymnasium's ``SyncVectorEnv``: environment ``i`` gets
-    ``seed + i``; with ``AutoresetMode.SAME_STEP`` what the last step of an episode gave is in ``info["final_obs"]`` (an
+    ``seed + i``; the option ``state`` has a row for each; with ``AutoresetMode.SAME_STEP`` what the last step of an episode gave is in ``info["final_obs"]`` (an
     object array) and ``info["final_info"]``.
     """
 
@@ -57,6 +57,8 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         controller: Controller | str | os.PathLike[str] | None = None,
         body: Mapping[str, Any] | None = None,
         task: Mapping[str, Any] | None = None,
+        randomization: Mapping[str, Any] | None = None,
+        disturbance: Mapping[str, Any] | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         threads: int = 1,
         render_mode: str | None = None,
@@ -69,7 +71,9 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
             threads: how many threads share a step; what comes out does not depend on it.
         """
         self.render_mode = checked_render_mode(render_mode, ["rgb_array"])
-        self._batch = make_batch(num_envs, omega_v, experiment, controller, body, task, threads)
+        self._batch = make_batch(
+            num_envs, omega_v, experiment, controller, body, task, randomization, disturbance, threads
+        )
         self.num_envs = num_envs
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**render_metadata(self.metadata, self._batch), "autoreset_mode": self.autoreset_mode}
@@ -89,7 +93,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         self._check_open()
         options = dict(options or {})
         mask = options.pop("reset_mask", None)
-        omega_v, default_start = reset_options(options)
+        opening = reset_options(options, self.num_envs)
         mask = np.ones(self.num_envs, dtype=bool) if mask is None else self._checked_mask(mask)
         if not self._seeded and not mask.all():
             raise ResetNeeded("the first reset must be of all environments")
@@ -110,7 +114,8 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
             elif not self._seeded:
                 self._batch.seed(i, int(self.np_random.integers(2**63)))
         self._seeded = True
-        observations, info = self._batch.reset_all(mask.tolist(), omega_v, default_start)
+        states = None if opening.state is None else list(zip(*opening.state))
+        observations, info = self._batch.reset_all(mask.tolist(), opening.omega_v, opening.default_start, states)
         self._over = self._over & ~mask
         return observations, self._info(info, mask)
 
