@@ -4,8 +4,8 @@
 
 use gaitshift_body::{Body, BodyParameters, LEFT};
 use gaitshift_task::{
-    AutoReset, Environment, INFO_SIZE, Opening, TaskParameters, VectorEnvironment, VectorStep,
-    info_names,
+    AutoReset, Disturbance, Disturbed, Environment, INFO_SIZE, Opening, Push, Randomization,
+    TaskParameters, VectorEnvironment, VectorStep, info_names,
 };
 
 fn body() -> Body {
@@ -131,6 +131,7 @@ fn an_opening_is_what_was_asked_for() {
     let opening = Opening {
         omega_v: Some(1.25),
         default_start: true,
+        state: None,
     };
     let step = vector.reset(1, opening);
     assert_eq!(vector.environment(1).omega_v, 1.25);
@@ -142,6 +143,103 @@ fn an_opening_is_what_was_asked_for() {
     assert_eq!(info(&step, "left_normal_force_n"), contact.normal_n);
     vector.set_command(1, -0.25);
     assert_eq!(vector.look(1).observation[13], -0.25);
+}
+
+#[test]
+fn it_begins_in_a_state_and_goes_on_from_a_saved_one_to_the_same_bits() {
+    let task = TaskParameters::default();
+    let randomization: Randomization = toml::from_str(
+        "body = { friction = [0.5, 1.5] }\nlatency_s = [0, 0.02]\nnoise = { theta_rad = 0.1 }",
+    )
+    .unwrap();
+    let mut plain = vector(task.clone(), 2);
+    let mut vector = vector(task.clone(), 2).randomized(randomization).unwrap();
+    for vector in [&mut plain, &mut vector] {
+        for index in 0..2 {
+            vector.seed(index, 40 + index as u64);
+            vector.reset(index, Opening::default());
+        }
+    }
+    // Starts and commands are those without a randomization.
+    for index in 0..2 {
+        assert_eq!(
+            vector.environment(index).state,
+            plain.environment(index).state
+        );
+        assert_eq!(
+            vector.environment(index).omega_v,
+            plain.environment(index).omega_v
+        );
+        assert_ne!(
+            vector.body_of(index).parameters(),
+            plain.body_of(index).parameters()
+        );
+    }
+    let mut told = Vec::new();
+    let commands = [[0.3, -0.2], [0.1, 0.4]];
+    for _ in 0..5 {
+        vector.step_all(&commands, AutoReset::SameStep, 1);
+    }
+    let text = serde_json::to_string(&vector.state()).unwrap();
+    let mut other = vector.clone();
+    for _ in 0..150 {
+        told.push(vector.step_all(&commands, AutoReset::SameStep, 1));
+    }
+    assert!(other.restore(serde_json::from_str(&text).unwrap()));
+    for told in told {
+        assert_eq!(other.step_all(&commands, AutoReset::SameStep, 2), told);
+    }
+    let mut one = self::vector(task, 1);
+    assert!(!one.restore(serde_json::from_str(&text).unwrap()));
+    let mut state = plain.environment(0).state;
+    state.z += 0.3;
+    one.reset(
+        0,
+        Opening {
+            state: Some(state),
+            ..Opening::default()
+        },
+    );
+    assert_eq!(one.environment(0).state, state);
+}
+
+#[test]
+fn a_disturbed_episode_is_one_of_the_disturbance() {
+    let task = TaskParameters::default();
+    let push = Push {
+        forward_n: 60.0,
+        start_s: 0.05,
+        ..Push::default()
+    };
+    let disturbance = Disturbance {
+        pushes: vec![push],
+        latency_s: 0.004,
+        ..Disturbance::default()
+    };
+    let mut vector = vector(task.clone(), 1)
+        .disturbed(disturbance.clone())
+        .unwrap();
+    vector.reset(0, Opening::default());
+    let body = body();
+    let mut alone = vector.environment(0).clone();
+    let mut disturbed = Disturbed::new(&disturbance, body.parameters(), 0).unwrap();
+    for _ in 0..20 {
+        vector.step(0, [0.3, 0.1]);
+        disturbed.step(&mut alone, &body, &task, &task.reward, [0.3, 0.1], None);
+    }
+    assert_eq!(vector.environment(0), &alone);
+    // What an environment cannot do is refused.
+    let phased = Disturbance {
+        pushes: vec![Push {
+            phase: Some(0.5),
+            ..push
+        }],
+        ..Disturbance::default()
+    };
+    let refused = self::vector(task.clone(), 1).disturbed(phased).unwrap_err();
+    assert!(refused.key.ends_with("phase"), "{refused}");
+    let both = vector.randomized(Randomization::default());
+    assert!(both.unwrap_err().accepted.contains("alone"));
 }
 
 #[test]

@@ -33,7 +33,7 @@ class HasParameters:
         return self._batch.task
 
     def __getstate__(self) -> dict[str, Any]:
-        """For ``pickle`` and ``copy.deepcopy``: the copy goes on to the same bits. A page that shows this one does not show it."""
+        """For ``pickle`` and ``copy.deepcopy``: the copy goes on to the same bits. A page stays with the original."""
         return {**self.__dict__, "_batch": self._batch.save()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:

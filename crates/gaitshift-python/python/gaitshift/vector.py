@@ -37,8 +37,8 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
     bool. ``info[name]`` is an array ``(num_envs,)`` for every name of ``gaitshift.INFO_NAMES`` and ``info["_" + name]``
     says for which environments it holds, which is all of them.
 
-    Seeds, automatic resets and ``options["reset_mask"]`` follow Gymnasium's ``SyncVectorEnv``: environment ``i`` gets
-    ``seed + i``; the option ``state`` has a row for each; with ``AutoresetMode.SAME_STEP`` what the last step of an episode gave is in ``info["final_obs"]`` (an
+    The option ``state`` of :meth:`reset` has a row for each environment. Seeds, automatic resets and
+    ``options["reset_mask"]`` follow Gymnasium's ``SyncVectorEnv``: environment ``i`` gets ``seed + i``; with ``AutoresetMode.SAME_STEP`` what the last step of an episode gave is in ``info["final_obs"]`` (an
     object array) and ``info["final_info"]``.
     """
 
