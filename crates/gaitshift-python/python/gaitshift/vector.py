@@ -38,8 +38,9 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
     says for which environments it holds, which is all of them.
 
     The option ``state`` of :meth:`reset` has a row for each environment. Seeds, automatic resets and
-    ``options["reset_mask"]`` follow Gymnasium's ``SyncVectorEnv``: environment ``i`` gets ``seed + i``; with ``AutoresetMode.SAME_STEP`` what the last step of an episode gave is in ``info["final_obs"]`` (an
-    object array) and ``info["final_info"]``.
+    ``options["reset_mask"]`` follow Gymnasium's ``SyncVectorEnv``: environment ``i`` gets ``seed + i``; with
+    ``AutoresetMode.SAME_STEP`` what the last step of an episode gave is in ``info["final_obs"]`` (an object array) and
+    ``info["final_info"]``.
     """
 
     metadata: dict[str, Any] = {
