@@ -114,12 +114,16 @@ pub struct DisturbanceArguments {
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, value_parser = disturb::weak)]
     pub weak: Vec<disturb::Weak>,
 
-    /// Push the hip: FORWARD[:UP]@START[+PHASE][,DURATION], e.g. --push 100@5; may be given several times
-    ///
-    /// Forces in N, negative ones backward and down; times in s, DURATION 0.1 if not given. With +PHASE, from 0 to below 1, the
-    /// push begins at this phase of the stride that begins with the right foot's first touchdown from START on:
-    /// --push -150:40@5+0.25,0.2 pushes back and up for 0.2 s, a quarter of a stride after it.
-    #[arg(long, value_name = "PUSH", allow_hyphen_values = true, value_parser = disturb::push)]
+    /// Pushes on the hip.
+    // Texts of their own: brackets in a comment would be links.
+    #[arg(long, value_name = "PUSH", allow_hyphen_values = true, value_parser = disturb::push,
+          help = "Push the hip: FORWARD[:UP]@START[+PHASE][,DURATION], e.g. --push 100@5; may be given several times",
+          long_help = "\
+Push the hip: FORWARD[:UP]@START[+PHASE][,DURATION], e.g. --push 100@5; may be given several times
+
+Forces in N, negative ones backward and down; times in s, DURATION 0.1 if not given. With +PHASE, from 0 to below 1, the \
+push begins at this phase of the stride that begins with the right foot's first touchdown from START on: \
+--push -150:40@5+0.25,0.2 pushes back and up for 0.2 s, a quarter of a stride after it.")]
     pub push: Vec<Push>,
 
     /// Inclination of the ground with its unit, rising forward: 3deg, -0.05rad or 5%; from X m on as 3deg@2
@@ -138,24 +142,30 @@ pub struct DisturbanceArguments {
     #[arg(long, value_name = "HEIGHT", allow_negative_numbers = true, value_parser = disturb::height)]
     pub uneven: Option<f64>,
 
-    /// All of this from a TOML file, with more settings; options are put over it or added to it
-    ///
-    /// A file with everything there is:
-    ///   latency_s = 0.02
-    ///   actuator_factor = [0.8, 1.0]                # right, left
-    ///   noise = { theta_velocity_rad_per_s = 0.1, phi_rad = 0.02 }
-    ///   [[pushes]]
-    ///   forward_n = 100
-    ///   up_n = 0
-    ///   start_s = 5
-    ///   duration_s = 0.1
-    ///   phase = 0.25                                # without it exactly at start_s
-    ///   [terrain]
-    ///   slope_rad = 0.05
-    ///   slope_from_m = 2                            # without it everywhere
-    ///   steps = [{ height_m = 0.03, at_m = 3 }]
-    ///   uneven = { height_m = 0.01, spacing_m = 0.25, from_m = 1, length_m = 100, seed = 0 }
-    #[arg(long, value_name = "FILE.toml", verbatim_doc_comment)]
+    /// File with all of this.
+    #[arg(
+        long,
+        value_name = "FILE.toml",
+        help = "All of this from a TOML file, with more settings; options are put over it or added to it",
+        long_help = "\
+All of this from a TOML file, with more settings; options are put over it or added to it
+
+A file with everything there is:
+  latency_s = 0.02
+  actuator_factor = [0.8, 1.0]                # right, left
+  noise = { theta_velocity_rad_per_s = 0.1, phi_rad = 0.02 }
+  [[pushes]]
+  forward_n = 100
+  up_n = 0
+  start_s = 5
+  duration_s = 0.1
+  phase = 0.25                                # without it exactly at start_s
+  [terrain]
+  slope_rad = 0.05
+  slope_from_m = 2                            # without it everywhere
+  steps = [{ height_m = 0.03, at_m = 3 }]
+  uneven = { height_m = 0.01, spacing_m = 0.25, from_m = 1, length_m = 100, seed = 0 }"
+    )]
     pub disturbance: Option<PathBuf>,
 }
 
