@@ -1,5 +1,5 @@
 """Contract: a sweep on Ray ends in the bits of `gaitshift sweep`, with two workers killed in the middle and the whole stopped
-and begun again; no trial begins from the start twice; what is wrong is one clear error.
+and begun again; two nodes share the work; no trial begins from the start twice; what is wrong is one clear error.
 
 Needs Ray (`pip install 'gaitshift[ray]'`), which the other tests do not; left out where it is not installed."""
 
@@ -140,6 +140,46 @@ def test_killed_and_begun_again_it_ends_in_the_bits_of_the_local_sweep(program, 
     table = json.loads(program("sweep", "sweep.toml", "--out", "runs/on-ray", "--table", "--json", cwd=tmp_path))
     assert table["variants"][0]["finished"] == 4
     assert table["variants"] == json.loads((tmp_path / "runs" / "on-ray" / "table.json").read_text())["variants"]
+
+
+NODES = """
+import json, sys, time
+from pathlib import Path
+from ray.cluster_utils import Cluster
+from gaitshift.ray import sweep
+
+nodes = int(sys.argv[1])
+cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
+for _ in range(nodes - 1):
+    cluster.add_node(num_cpus=1)
+start = time.monotonic()
+sweep("sweep.toml", address=cluster.address, out=f"nodes-{nodes}")
+took_s = time.monotonic() - start
+spans = []
+for file in Path(f"nodes-{nodes}-ray").glob("*/*/result.json"):
+    lines = [json.loads(line) for line in file.read_text().splitlines()]
+    spans.append((lines[0]["timestamp"], lines[-1]["timestamp"]))
+at_once = max(sum(first <= begun < last for first, last in spans) for begun, _ in spans)
+cluster.shutdown()
+print(json.dumps({"trials": len(spans), "at_once": at_once, "took_s": took_s}))
+"""
+
+
+def test_two_nodes_share_the_work(tiny, tmp_path):
+    (tmp_path / "tiny.toml").write_bytes(tiny.read_bytes())
+    few = SWEEP.replace("seeds = [1, 2, 3, 4]", "seeds = [1, 2]").replace("80_000", "200_000")
+    (tmp_path / "sweep.toml").write_text(few)
+    told = {}
+    for nodes in (1, 2):
+        command = [sys.executable, "-c", NODES, str(nodes)]
+        result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+        assert result.returncode == 0, result.stderr[-3000:]
+        told[nodes] = json.loads(result.stdout.splitlines()[-1])
+    print(f"\n{told[1]['trials']} trials: one node {told[1]['took_s']:.0f} s, two nodes {told[2]['took_s']:.0f} s")
+    # One processor each, so several at once are several nodes.
+    assert (told[1]["at_once"], told[2]["at_once"]) == (1, 2)
+    for path in sorted((tmp_path / "nodes-1").glob("*/*/controller.safetensors")):
+        assert path.read_bytes() == (tmp_path / "nodes-2" / path.relative_to(tmp_path / "nodes-1")).read_bytes()
 
 
 def refused(folder, *arguments):
