@@ -7,13 +7,23 @@ const control = {
 };
 const slider = $("omega");
 
+// What was asked of the program and not yet seen to be done: until then its older reports do not take it back.
+const asked = {};
+function ask(name, value) { asked[name] = { value, until: performance.now() + 5000 }; }
+function overdue(name, reported) {
+  const wish = asked[name];
+  if (wish && Math.abs(wish.value - reported) > 1e-9 && performance.now() < wish.until) return true;
+  delete asked[name];
+  return false;
+}
+
 function setOmega(value, tell) {
   const low = +slider.min, high = +slider.max;
   value = Math.round(Math.min(Math.max(value, low), high) * 1000) / 1000;
   control.omega = value;
   slider.value = value;
   $("omegaOut").textContent = value.toFixed(2);
-  if (tell) control.send({ type: "omega_v", value });
+  if (tell) { ask("omega_v", value); control.send({ type: "omega_v", value }); }
 }
 slider.addEventListener("input", () => setOmega(+slider.value, true));
 slider.addEventListener("pointerdown", () => { control.dragging = true; });
@@ -41,12 +51,13 @@ function setPaused(on) {
   $("pause").classList.toggle("on", on);
 }
 spoken.push(() => setPaused(control.paused));
-$("pause").addEventListener("click", () => { setPaused(!control.paused); control.send({ type: "pause", on: control.paused }); });
-$("step").addEventListener("click", () => { setPaused(true); control.send({ type: "step", periods: 1 }); });
+function pause(on, message) { setPaused(on); ask("paused", on); control.send(message); }
+$("pause").addEventListener("click", () => pause(!control.paused, { type: "pause", on: !control.paused }));
+$("step").addEventListener("click", () => pause(true, { type: "step", periods: 1 }));
 $("reset").addEventListener("click", () => control.send({ type: "reset" }));
-$("toRun").addEventListener("click", () => control.send({ type: "change", name: "run" }));
-$("toWalk").addEventListener("click", () => control.send({ type: "change", name: "walk" }));
-$("round").addEventListener("click", () => control.send({ type: "change", name: "round" }));
+for (const [button, name] of [["toRun", "run"], ["toWalk", "walk"], ["round", "round"]]) {
+  $(button).addEventListener("click", () => { delete asked.omega_v; control.send({ type: "change", name }); });
+}
 $("pace").addEventListener("change", () => control.send({ type: "pace", value: +$("pace").value }));
 $("compare").addEventListener("change", () => control.send({ type: "compare", on: $("compare").checked }));
 

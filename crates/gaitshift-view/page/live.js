@@ -29,8 +29,8 @@ function hear(message) {
   } else if (message.type === "now") {
     if (message.epoch !== live.epoch) begin(message.epoch);
     live.pace = message.paused ? 0 : message.pace;
-    if (message.paused !== control.paused) setPaused(message.paused);
-    if (!control.dragging) setOmega(message.omega_v, false);
+    if (!overdue("paused", message.paused) && message.paused !== control.paused) setPaused(message.paused);
+    if (!overdue("omega_v", message.omega_v) && !control.dragging) setOmega(message.omega_v, false);
     message.actors.forEach((now, k) => {
       const actor = actors[k];
       if (!actor) return;

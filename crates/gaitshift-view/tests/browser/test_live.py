@@ -162,6 +162,23 @@ def test_keys_move_the_slider_and_stop_time(view, tab):
     until(page, "!window.gaitshift.now.paused")
 
 
+def test_a_report_from_before_a_key_does_not_take_it_back(view, tab):
+    # A report that the program had sent before the key reached it set the slider back: the next key started from
+    # there, and of five keys in a row one or more were lost.
+    page = tab(view())
+    wait_for_gait(page, "walking")
+    page.evaluate("""() => {
+        const before = { ...window.gaitshift.now, actors: [] };
+        const press = (key) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+        for (let times = 0; times < 5; times += 1) { press("ArrowRight"); hear(before); }
+        press(" ");
+        hear(before);
+    }""")
+    until(page, "Math.abs(window.gaitshift.now.omega_v - 0.5) < 1e-9 && window.gaitshift.now.paused")
+    assert page.evaluate("+document.getElementById('omega').value") == 0.5
+    assert page.evaluate("control.paused")
+
+
 def test_the_saved_history_replays_the_saved_motion_to_the_last_bit(view, tab, program, tmp_path):
     page = tab(view())
     wait_for_gait(page, "walking")
