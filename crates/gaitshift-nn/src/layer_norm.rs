@@ -33,6 +33,7 @@ fn vectors<T, const ROWS: usize>(
 
 /// `ROWS` rows of [`normalise`]; each row's arithmetic does not depend on `ROWS`.
 #[inline(always)]
+#[allow(clippy::needless_range_loop)] // The same rows and places of several matrices.
 fn normalise_rows<T: Scalar, const ROWS: usize>(
     simd: impl Simd8<T>,
     norm: Norm<'_, T>,
@@ -57,8 +58,8 @@ fn normalise_rows<T: Scalar, const ROWS: usize>(
 
     let mut sums = [simd.splat(T::ZERO); ROWS];
     for place in 0..count {
-        for (sum, values) in sums.iter_mut().zip(&values) {
-            *sum = sum.add(simd.load(&values[place]));
+        for row in 0..ROWS {
+            sums[row] = sums[row].add(simd.load(&values[row][place]));
         }
     }
     let means = sums.map(|sum| sum.sum() * inverse_units);

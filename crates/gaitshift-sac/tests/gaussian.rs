@@ -8,15 +8,18 @@ use gaitshift_sac::gaussian::{
 
 const SIZE: usize = 3;
 
-/// Means, ln σ and ε of one row, chosen to meet every branch.
-const ROWS: [([f64; SIZE], [f64; SIZE], [f64; SIZE]); 4] = [
+/// Means, ln σ and ε of one row.
+type Row = ([f64; SIZE], [f64; SIZE], [f64; SIZE]);
+
+/// Rows that meet every branch.
+const ROWS: [Row; 4] = [
     ([0.0, 0.3, -0.7], [-1.0, 0.0, 0.5], [0.2, -1.1, 0.0]),
     ([4.0, -5.0, 1.0], [0.2, -0.3, -2.0], [1.0, -2.0, 3.0]),
     ([0.1, 0.2, 0.3], [-9.0, 7.0, 1.9], [1.5, -0.1, 0.4]),
     ([-0.4, 0.0, 0.9], [-4.9, -5.1, 2.1], [-1.0, 2.0, -0.2]),
 ];
 
-fn flat(part: fn(&([f64; SIZE], [f64; SIZE], [f64; SIZE])) -> Vec<f64>) -> Vec<f64> {
+fn flat(part: fn(&Row) -> Vec<f64>) -> Vec<f64> {
     ROWS.iter().flat_map(part).collect()
 }
 
