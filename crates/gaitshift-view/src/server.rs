@@ -87,12 +87,12 @@ impl Stopper {
 
 /// What all connections share.
 #[derive(Debug)]
-pub(crate) struct Shared {
+struct Shared {
     names: Names,
-    pub show: Show,
-    pub run: Option<RunView>,
+    show: Show,
+    run: Option<RunView>,
     stages: Arc<Semaphore>,
-    pub films: Arc<Semaphore>,
+    films: Arc<Semaphore>,
 }
 
 impl Server {
@@ -294,7 +294,9 @@ async fn open_socket(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrad
     socket::limit(upgrade).on_upgrade(move |socket| async move {
         match &shared.show {
             Show::Watched(watched) => watched.serve(socket).await,
-            _ => socket::serve(socket, casts, &shared).await,
+            _ => {
+                socket::serve(socket, casts, shared.run.as_ref(), &shared.films).await;
+            }
         }
         drop(place);
     })

@@ -4,8 +4,8 @@ use crate::actor::Cast;
 use crate::message::{
     CastMessage, MOST_BYTES, Notice, NowMessage, Request, Samples, file_message, sample_columns,
 };
+use crate::run_folder::RunView;
 use crate::save;
-use crate::server::Shared;
 use crate::stage::{Change, Stage};
 use axum::extract::WebSocketUpgrade;
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
@@ -13,8 +13,9 @@ use futures_util::stream::StreamExt;
 use futures_util::{SinkExt, stream::SplitSink};
 use gaitshift_analysis::recording::Column;
 use serde::Serialize;
+use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::mpsc;
+use tokio::sync::{Semaphore, mpsc};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 /// Frames a second that the page is sent.
@@ -87,8 +88,13 @@ impl Clock {
     }
 }
 
-/// Serves a page until it is closed.
-pub(crate) async fn serve(socket: WebSocket, casts: Vec<Cast>, shared: &Shared) {
+/// Serves a page until it is closed: a run whose evaluations it may ask for, places for films that are made at the same time.
+pub(crate) async fn serve(
+    socket: WebSocket,
+    casts: Vec<Cast>,
+    run: Option<&RunView>,
+    films: &Arc<Semaphore>,
+) {
     let (sink, mut stream) = socket.split();
     let (outbox, waiting) = mpsc::channel(MOST_WAITING);
     let sender = tokio::spawn(send_all(sink, waiting));
@@ -100,7 +106,8 @@ pub(crate) async fn serve(socket: WebSocket, casts: Vec<Cast>, shared: &Shared) 
         frames: 0,
         dropped: 0,
         saving: None,
-        shared,
+        run,
+        films,
     };
     tab.tell_cast();
     tab.show();
@@ -167,7 +174,8 @@ struct Tab<'a> {
     frames: u64,
     dropped: u64,
     saving: Option<Saving>,
-    shared: &'a Shared,
+    run: Option<&'a RunView>,
+    films: &'a Arc<Semaphore>,
 }
 
 impl Tab<'_> {
@@ -334,7 +342,7 @@ impl Tab<'_> {
                 actor,
             } => self.save(what, seconds, actor)?,
             Request::Evaluation { step } => {
-                let run = self.shared.run.clone();
+                let run = self.run.cloned();
                 let run = run.ok_or_else(|| "no run is shown here".to_owned())?;
                 let cast = tokio::task::spawn_blocking(move || run.cast(step))
                     .await
@@ -362,7 +370,7 @@ impl Tab<'_> {
             return Err("a file is being made; ask again when it is there".to_owned());
         }
         let order = save::Order::of(&self.stage, &what, seconds, actor)?;
-        let films = std::sync::Arc::clone(&self.shared.films);
+        let films = Arc::clone(self.films);
         self.tell(&Notice::Saving { what });
         self.saving = Some(tokio::spawn(async move {
             let _place = films.acquire_owned().await.map_err(|e| e.to_string())?;

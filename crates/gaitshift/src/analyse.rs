@@ -1,8 +1,8 @@
 //! `gaitshift analyse`: what recordings show, whichever program wrote them.
 
 use crate::arguments::AnalyseArguments;
-use crate::evaluate::{describe, print_gaits};
 use crate::failure::Failure;
+use crate::gaits::{describe, print_gaits};
 use crate::output;
 use crate::transition;
 use gaitshift_analysis::recording::{Recording, column};

@@ -1,9 +1,8 @@
 //! The command line: every option with its unit, default and range.
 
-use crate::disturb;
+use crate::disturb::DisturbanceArguments;
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
-use gaitshift_task::{Push, TerrainStep};
 use std::path::PathBuf;
 
 /// Largest |ω_v|: far beyond what any controller was trained for, far below where numbers overflow.
@@ -93,80 +92,6 @@ pub struct ChangeArguments {
     /// --set task.termination.pitch_limit_rad=1.0.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-}
-
-/// What disturbs a motion; as it stands, nothing.
-#[derive(Debug, Default, Args)]
-#[command(next_help_heading = "Disturbances")]
-pub struct DisturbanceArguments {
-    /// Noise on what the controller is told of one observation, e.g. --noise theta_velocity=0.1; several times, or a list
-    ///
-    /// NAME is x_velocity, theta, theta_velocity, h, h_velocity, phi, phi_velocity or d_velocity; SD its standard deviation in
-    /// m, rad, m/s or rad/s. It is drawn anew in every control period, for each leg by itself.
-    #[arg(long, value_name = "NAME=SD", value_delimiter = ',', value_parser = disturb::noise)]
-    pub noise: Vec<disturb::Noise>,
-
-    /// Delay from the controller's command to the actuator's force in s, 0 to 1; also as 20ms
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = disturb::latency)]
-    pub latency: Option<f64>,
-
-    /// Share of their force that the actuators still have, 0 to 1; of one leg as right=0.5
-    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, value_parser = disturb::weak)]
-    pub weak: Vec<disturb::Weak>,
-
-    /// Pushes on the hip.
-    // Texts of their own: brackets in a comment would be links.
-    #[arg(long, value_name = "PUSH", allow_hyphen_values = true, value_parser = disturb::push,
-          help = "Push the hip: FORWARD[:UP]@START[+PHASE][,DURATION], e.g. --push 100@5; may be given several times",
-          long_help = "\
-Push the hip: FORWARD[:UP]@START[+PHASE][,DURATION], e.g. --push 100@5; may be given several times
-
-Forces in N, negative ones backward and down; times in s, DURATION 0.1 if not given. With +PHASE, from 0 to below 1, the \
-push begins at this phase of the stride that begins with the right foot's first touchdown from START on: \
---push -150:40@5+0.25,0.2 pushes back and up for 0.2 s, a quarter of a stride after it.")]
-    pub push: Vec<Push>,
-
-    /// Inclination of the ground with its unit, rising forward: 3deg, -0.05rad or 5%; from X m on as 3deg@2
-    #[arg(long, value_name = "ANGLE[@X]", allow_hyphen_values = true, value_parser = disturb::slope)]
-    pub slope: Option<disturb::Slope>,
-
-    /// A step up of the ground in m, e.g. 0.03, at X = 3 m if not given; may be given several times
-    #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = disturb::step)]
-    pub step_up: Vec<TerrainStep>,
-
-    /// A step down, likewise
-    #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = disturb::step)]
-    pub step_down: Vec<TerrainStep>,
-
-    /// Uneven ground from 1 m on: every 0.25 m a height drawn between plus and minus this, in m, straight lines between them
-    #[arg(long, value_name = "HEIGHT", allow_negative_numbers = true, value_parser = disturb::height)]
-    pub uneven: Option<f64>,
-
-    /// File with all of this.
-    #[arg(
-        long,
-        value_name = "FILE.toml",
-        help = "All of this from a TOML file, with more settings; options are put over it or added to it",
-        long_help = "\
-All of this from a TOML file, with more settings; options are put over it or added to it
-
-A file with everything there is:
-  latency_s = 0.02
-  actuator_factor = [0.8, 1.0]                # right, left
-  noise = { theta_velocity_rad_per_s = 0.1, phi_rad = 0.02 }
-  [[pushes]]
-  forward_n = 100
-  up_n = 0
-  start_s = 5
-  duration_s = 0.1
-  phase = 0.25                                # without it exactly at start_s
-  [terrain]
-  slope_rad = 0.05
-  slope_from_m = 2                            # without it everywhere
-  steps = [{ height_m = 0.03, at_m = 3 }]
-  uneven = { height_m = 0.01, spacing_m = 0.25, from_m = 1, length_m = 100, seed = 0 }"
-    )]
-    pub disturbance: Option<PathBuf>,
 }
 
 /// Shows a controller walk, run and change gait: a table, an animation and figures.

@@ -1,8 +1,9 @@
 //! `gaitshift compare`: controllers, runs and recordings beside each other.
 
 use crate::arguments::CompareArguments;
-use crate::evaluate::{self, Row};
+use crate::evaluate;
 use crate::failure::Failure;
+use crate::gaits::{self, Row};
 use crate::motion::Subject;
 use crate::output;
 use crate::progress::{count, duration};
@@ -159,7 +160,7 @@ fn measure(item: Item, a: &CompareArguments, seeds: &[u64]) -> Result<Vec<Row>, 
     let mut subject = match item {
         Item::Controller(subject) => subject,
         Item::Recording(recording) => {
-            return Ok(vec![evaluate::describe(&recording, a.settling_s)]);
+            return Ok(vec![gaits::describe(&recording, a.settling_s)]);
         }
     };
     let starts: Vec<Option<u64>> = match seeds {
@@ -173,7 +174,7 @@ fn measure(item: Item, a: &CompareArguments, seeds: &[u64]) -> Result<Vec<Row>, 
             let recording = subject.record(&CommandProfile::constant(omega_v), a.duration_s)?;
             rows.push(Row {
                 seed: seed.filter(|_| starts.len() > 1),
-                ..evaluate::describe(&recording, a.settling_s)
+                ..gaits::describe(&recording, a.settling_s)
             });
         }
     }

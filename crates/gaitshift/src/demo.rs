@@ -2,6 +2,7 @@
 
 use crate::arguments::{DemoArguments, SubjectArguments};
 use crate::failure::Failure;
+use crate::gaits;
 use crate::motion::Subject;
 use crate::output;
 use crate::transition::{self, Change};
@@ -43,7 +44,7 @@ pub fn run(arguments: &DemoArguments) -> Result<(), Failure> {
     let mut rows = Vec::new();
     for &omega_v in &criteria.omega_v {
         let recording = subject.record(&CommandProfile::constant(omega_v), STEADY_S)?;
-        rows.push(evaluate::describe(&recording, SETTLING_S));
+        rows.push(gaits::describe(&recording, SETTLING_S));
         if omega_v == walk {
             files.extend(stride(&recording, "walking", arguments)?);
         }
@@ -51,7 +52,7 @@ pub fn run(arguments: &DemoArguments) -> Result<(), Failure> {
             files.extend(stride(&recording, "running", arguments)?);
         }
     }
-    evaluate::print_rows(&rows)?;
+    gaits::print_rows(&rows)?;
     let sweep = (subject.name.as_str(), evaluate::points(&rows));
     files.extend(evaluate::write_sweep(&[sweep], folder)?);
 

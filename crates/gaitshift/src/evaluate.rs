@@ -2,11 +2,10 @@
 
 use crate::arguments::EvaluateArguments;
 use crate::failure::Failure;
+use crate::gaits::{Row, describe, print_rows};
 use crate::motion::{Subject, read_profile, write_recording};
 use crate::output;
 use crate::spread::{self, Spread};
-use gaitshift_analysis::recording::{Recording, column};
-use gaitshift_analysis::{AnalysisOptions, GaitSummary, summarise};
 use gaitshift_experiment::{CommandProfile, Criteria, Judgement, judge};
 use gaitshift_figures::{SweepPoint, SweepSeries, sweep_figure};
 use serde::Serialize;
@@ -15,22 +14,6 @@ use std::path::{Path, PathBuf};
 /// Shortest motion without --duration-s, and what follows a profile's last point, in s.
 const DURATION_S: f64 = 20.0;
 const BEYOND_PROFILE_S: f64 = 5.0;
-
-/// A row of the table: a command and the motion it makes.
-#[derive(Debug, Serialize)]
-pub struct Row {
-    /// The command, if it is constant over the part described.
-    pub omega_v: Option<f64>,
-    /// The seed that drew the start, where there are several.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub seed: Option<u64>,
-    /// What disturbed it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub disturbance: Option<serde_json::Value>,
-    /// The motion.
-    #[serde(flatten)]
-    pub summary: GaitSummary,
-}
 
 #[derive(Serialize)]
 struct Rows<'a> {
@@ -109,26 +92,6 @@ fn described(rows: &[Row], settling_s: f64) -> String {
     }
 }
 
-/// Prints rows as a table.
-pub fn print_rows(rows: &[Row]) -> Result<(), Failure> {
-    let rows = rows.iter().map(|row| (row.omega_v, &row.summary));
-    print_gaits(rows, "profile")
-}
-
-/// Prints gaits as a table, each with the command that was held, or what to call one that was not.
-pub fn print_gaits<'a>(
-    rows: impl Iterator<Item = (Option<f64>, &'a GaitSummary)>,
-    not_held: &str,
-) -> Result<(), Failure> {
-    let named = rows.map(|(omega_v, summary)| {
-        let command = omega_v.map_or_else(|| not_held.to_owned(), |omega_v| omega_v.to_string());
-        (command, summary)
-    });
-    output::gait_table(named)
-        .iter()
-        .try_for_each(|line| output::line(line))
-}
-
 /// Moves, describes, and writes what was asked for.
 fn measure(
     subject: &mut Subject,
@@ -179,32 +142,6 @@ fn measure(
         files.extend(write_sweep(&[(&subject.name, points(&rows))], folder)?);
     }
     Ok((rows, files))
-}
-
-/// One row from a recording.
-pub fn describe(recording: &Recording, settling_time_s: f64) -> Row {
-    let options = AnalysisOptions {
-        settling_time_s,
-        ..AnalysisOptions::default()
-    };
-    let summary = summarise(recording, &options);
-    let (from_s, to_s) = (summary.window_start_s, summary.window_end_s);
-    let window = from_s
-        .zip(to_s)
-        .and_then(|(from_s, to_s)| recording.window(from_s, to_s))
-        .or_else(|| recording.whole());
-    let commands = recording.column(column::OMEGA_V);
-    let described = match window {
-        Some(window) => &commands[window.start_row()..=window.end_row()],
-        None => commands,
-    };
-    let first = described.first().copied();
-    Row {
-        omega_v: first.filter(|&first| described.iter().all(|&command| command == first)),
-        seed: None,
-        disturbance: recording.metadata.disturbance.clone(),
-        summary,
-    }
 }
 
 /// The points of a figure of all commands: of several starts their means.

@@ -1,8 +1,7 @@
 //! Why a command ends early, and the exit code that says so.
 
-use crate::output;
 use std::fmt::Display;
-use std::io;
+use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -53,7 +52,8 @@ impl Failure {
             Self::Interrupted => return ExitCode::from(130),
             Self::Unmet => return ExitCode::FAILURE,
         };
-        output::note(&format!("error: {message}"));
+        // If standard error is closed, nobody is there to be told.
+        let _ = writeln!(io::stderr(), "error: {message}");
         ExitCode::from(code)
     }
 }

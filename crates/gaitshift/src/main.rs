@@ -15,6 +15,7 @@ mod disturb;
 mod evaluate;
 mod export;
 mod failure;
+mod gaits;
 mod manual;
 mod motion;
 mod output;
@@ -47,6 +48,7 @@ fn main() -> ExitCode {
     };
     let result = match arguments.command {
         Command::Demo(arguments) => demo::run(&arguments),
+        Command::Train(arguments) if arguments.check => check::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),

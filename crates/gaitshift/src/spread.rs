@@ -1,6 +1,6 @@
 //! Motions from several starts under one command: mean, spread and falls.
 
-use crate::evaluate::Row;
+use crate::gaits::Row;
 use crate::output::{self, number};
 use gaitshift_analysis::GaitSummary;
 use gaitshift_figures::SweepPoint;

@@ -1,7 +1,6 @@
 //! `gaitshift train`: a run from recipe to controller.
 
 use crate::arguments::TrainArguments;
-use crate::check;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::{Watcher, count, duration};
@@ -51,9 +50,6 @@ impl Outcome {
 
 /// Runs the command.
 pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
-    if arguments.check {
-        return check::run(arguments);
-    }
     let interrupted = catch_interrupts()?;
     let seeds: Vec<u64> = arguments.seeds.iter().flat_map(|s| s.0.clone()).collect();
     if seeds.is_empty() {

@@ -1,0 +1,69 @@
+//! The table of gaits: a row for each motion.
+
+use crate::failure::Failure;
+use crate::output;
+use gaitshift_analysis::recording::{Recording, column};
+use gaitshift_analysis::{AnalysisOptions, GaitSummary, summarise};
+use serde::Serialize;
+
+/// A row of the table: a command and the motion it makes.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    /// The command, if it is constant over the part described.
+    pub omega_v: Option<f64>,
+    /// The seed that drew the start, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// What disturbed it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub disturbance: Option<serde_json::Value>,
+    /// The motion.
+    #[serde(flatten)]
+    pub summary: GaitSummary,
+}
+
+/// One row from a recording.
+pub fn describe(recording: &Recording, settling_time_s: f64) -> Row {
+    let options = AnalysisOptions {
+        settling_time_s,
+        ..AnalysisOptions::default()
+    };
+    let summary = summarise(recording, &options);
+    let (from_s, to_s) = (summary.window_start_s, summary.window_end_s);
+    let window = from_s
+        .zip(to_s)
+        .and_then(|(from_s, to_s)| recording.window(from_s, to_s))
+        .or_else(|| recording.whole());
+    let commands = recording.column(column::OMEGA_V);
+    let described = match window {
+        Some(window) => &commands[window.start_row()..=window.end_row()],
+        None => commands,
+    };
+    let first = described.first().copied();
+    Row {
+        omega_v: first.filter(|&first| described.iter().all(|&command| command == first)),
+        seed: None,
+        disturbance: recording.metadata.disturbance.clone(),
+        summary,
+    }
+}
+
+/// Prints rows as a table.
+pub fn print_rows(rows: &[Row]) -> Result<(), Failure> {
+    let rows = rows.iter().map(|row| (row.omega_v, &row.summary));
+    print_gaits(rows, "profile")
+}
+
+/// Prints gaits as a table, each with the command that was held, or what to call one that was not.
+pub fn print_gaits<'a>(
+    rows: impl Iterator<Item = (Option<f64>, &'a GaitSummary)>,
+    not_held: &str,
+) -> Result<(), Failure> {
+    let named = rows.map(|(omega_v, summary)| {
+        let command = omega_v.map_or_else(|| not_held.to_owned(), |omega_v| omega_v.to_string());
+        (command, summary)
+    });
+    output::gait_table(named)
+        .iter()
+        .try_for_each(|line| output::line(line))
+}
