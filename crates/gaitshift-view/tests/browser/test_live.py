@@ -169,7 +169,8 @@ def test_a_report_from_before_a_key_does_not_take_it_back(view, tab):
     wait_for_gait(page, "walking")
     page.evaluate("""() => {
         const before = { ...window.gaitshift.now, actors: [] };
-        const press = (key) => document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+        const press = (key) => document.body.dispatchEvent(
+            new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
         for (let times = 0; times < 5; times += 1) { press("ArrowRight"); hear(before); }
         press(" ");
         hear(before);
