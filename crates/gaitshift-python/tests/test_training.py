@@ -122,8 +122,11 @@ def test_none_from_the_callback_does_not_stop_it(tiny, tmp_path):
 
 
 def test_ctrl_c_leaves_a_checkpoint(tiny, tmp_path):
+    # What a shell starts in the background begins with Ctrl-C ignored, and so would the program started here.
     code = f"""
+import signal
 import gaitshift
+signal.signal(signal.SIGINT, signal.default_int_handler)
 try:
     gaitshift.train({str(tiny)!r}, seed=3, out="run", set={{"curriculum.phases": [
         {{"name": "long", "steps": 100_000_000, "omega_v": [-0.2, 0.2]}}]}},
