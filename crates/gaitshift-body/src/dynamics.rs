@@ -212,35 +212,18 @@ impl Body {
         sin_psi: f64,
         cos_psi: f64,
     ) -> FootContact {
-        if ON_TERRAIN && let Some(terrain) = &self.terrain {
-            return self.contact_on(terrain, s, leg, sin_psi, cos_psi);
-        }
         let p = &self.parameters;
         let along = p.leg_length_m - p.foot_arc_radius_m + leg.foot;
         let height = s.z - along * cos_psi;
+        if ON_TERRAIN && let Some(terrain) = &self.terrain {
+            let arc = arc_motion(s, leg, sin_psi, cos_psi, along, height);
+            return self.sole.contact_on(terrain, &arc, s.x + arc.from_hip.0);
+        }
         if height >= p.foot_arc_radius_m {
             return FootContact::default();
         }
         self.sole
             .contact(&arc_motion(s, leg, sin_psi, cos_psi, along, height))
-    }
-
-    /// The same on ground that is not flat, out of line.
-    #[cold]
-    #[inline(never)]
-    fn contact_on(
-        &self,
-        terrain: &Terrain,
-        s: &BodyState,
-        leg: &LegState,
-        sin_psi: f64,
-        cos_psi: f64,
-    ) -> FootContact {
-        let p = &self.parameters;
-        let along = p.leg_length_m - p.foot_arc_radius_m + leg.foot;
-        let height = s.z - along * cos_psi;
-        let arc = arc_motion(s, leg, sin_psi, cos_psi, along, height);
-        self.sole.contact_on(terrain, &arc, s.x + arc.from_hip.0)
     }
 
     /// Height of the hip axis, in m, at which the lower sole just touches the ground.
@@ -430,10 +413,7 @@ impl Body {
         steps: u32,
         account: &mut EnergyAccount,
     ) -> AdvanceReport {
-        match self.terrain {
-            None => self.advance_under::<false>(s, command, None, steps, account),
-            Some(_) => self.advance_on_terrain(s, command, None, steps, account),
-        }
+        self.advance_on_its_ground(s, command, None, steps, account)
     }
 
     /// [`Body::advance`] while an external force, forward and up in N, pushes the hip axis. Its work is booked
@@ -446,9 +426,22 @@ impl Body {
         steps: u32,
         account: &mut EnergyAccount,
     ) -> AdvanceReport {
+        self.advance_on_its_ground(s, command, Some(push_n), steps, account)
+    }
+
+    /// Inlined like [`Body::advance_under`]: the ground is chosen once for all steps.
+    #[inline(always)]
+    fn advance_on_its_ground(
+        &self,
+        s: &mut BodyState,
+        command: [f64; 2],
+        push_n: Option<[f64; 2]>,
+        steps: u32,
+        account: &mut EnergyAccount,
+    ) -> AdvanceReport {
         match self.terrain {
-            None => self.advance_under::<false>(s, command, Some(push_n), steps, account),
-            Some(_) => self.advance_on_terrain(s, command, Some(push_n), steps, account),
+            None => self.advance_under::<false>(s, command, push_n, steps, account),
+            Some(_) => self.advance_on_terrain(s, command, push_n, steps, account),
         }
     }
 
