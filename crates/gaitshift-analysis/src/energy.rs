@@ -2,7 +2,7 @@
 //! energy are exchanged as in a pendulum, in running both are exchanged with springs.
 
 use crate::ratio;
-use crate::recording::{Column, Recording, Window, column};
+use crate::recording::{Column, Recording, Window, detail};
 use crate::statistics::correlation;
 use crate::support::Support;
 
@@ -48,23 +48,35 @@ pub fn correlation_in_single_support(
     correlation(&first_values, &second_values)
 }
 
-/// Pendular energy recovery, in [0, 1]: `1 - W / (W_k + W_p)`, where `W_k`, `W_p` and `W` are the sums
-/// of the increments of kinetic energy, of gravitational energy and of their sum over the window.
+/// Pendular energy recovery, in [0, 1], after Cavagna, Thys and Zamboni (J. Physiol. 262, 1976):
+/// `(W_f + W_v - W_ext) / (W_f + W_v)`.
 ///
-/// After Cavagna, Thys and Zamboni (1976), who take the kinetic energy of the centre of mass; here it is
-/// that of all segments. 1 is a perfect pendulum, 0 no exchange at all. The window should hold whole
-/// strides. `None` if neither energy ever rises.
+/// `W_f`, `W_v` and `W_ext` are the sums over the window of the rises of three energies of the centre of mass: of its forward
+/// motion, `½ m ẋ²`; of its height and vertical motion, `m g z + ½ m ż²`; and of both together. 1 is a perfect
+/// pendulum, 0 no exchange at all. The window should hold whole strides. `None` if neither energy ever rises, or if the
+/// recording does not tell the centre of mass.
 pub fn energy_recovery(recording: &Recording, window: Window) -> Option<f64> {
-    let kinetic = recording.column(column::KINETIC_ENERGY_J);
-    let gravitational = recording.column(column::GRAVITATIONAL_ENERGY_J);
-    let (mut kinetic_j, mut gravitational_j, mut total_j) = (0.0, 0.0, 0.0);
+    let (mass, gravity) = (
+        recording.metadata.total_mass_kg,
+        recording.metadata.gravity_m_per_s2,
+    );
+    let height = recording.detail(detail::COM_Z_M)?;
+    let forward = recording.detail(detail::COM_X_VELOCITY_M_PER_S)?;
+    let upward = recording.detail(detail::COM_Z_VELOCITY_M_PER_S)?;
+    let energies = |row: usize| {
+        (
+            0.5 * mass * forward[row] * forward[row],
+            mass * (gravity * height[row] + 0.5 * upward[row] * upward[row]),
+        )
+    };
+    let (mut forward_j, mut vertical_j, mut external_j) = (0.0, 0.0, 0.0);
     for row in window.start_row()..window.end_row() {
-        let kinetic_change = kinetic[row + 1] - kinetic[row];
-        let gravitational_change = gravitational[row + 1] - gravitational[row];
-        kinetic_j += kinetic_change.max(0.0);
-        gravitational_j += gravitational_change.max(0.0);
-        total_j += (kinetic_change + gravitational_change).max(0.0);
+        let (before, after) = (energies(row), energies(row + 1));
+        let (forward_change, vertical_change) = (after.0 - before.0, after.1 - before.1);
+        forward_j += forward_change.max(0.0);
+        vertical_j += vertical_change.max(0.0);
+        external_j += (forward_change + vertical_change).max(0.0);
     }
-    let separate_j = kinetic_j + gravitational_j;
-    ratio(separate_j - total_j, separate_j).map(|recovery| recovery.clamp(0.0, 1.0))
+    let separate_j = forward_j + vertical_j;
+    ratio(separate_j - external_j, separate_j).map(|recovery| recovery.clamp(0.0, 1.0))
 }

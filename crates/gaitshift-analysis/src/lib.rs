@@ -8,6 +8,7 @@
 //! - [`gait`]: walking, running, standing or neither, with the figures the verdict rests on;
 //! - [`cost`]: cost of transport (8) and Froude number;
 //! - [`energy`]: how kinetic, gravitational and elastic energy move relative to each other;
+//! - [`flow`]: work and losses by element and leg, peak forces;
 //! - [`mod@recent`]: what a motion is just now, for whoever watches it;
 //! - [`summary`] and [`transition`]: all of it for a steady motion and for a change of gait;
 //! - [`statistics`]: means, intervals and correlations, also for comparing many runs.
@@ -17,6 +18,7 @@
 
 pub mod cost;
 pub mod energy;
+pub mod flow;
 pub mod gait;
 pub mod recent;
 pub mod recording;

@@ -18,13 +18,15 @@
 //! ```
 //! Numbers are written in the shortest form that reads back to the same bits. `rows` lets a reader
 //! notice a file that was cut off. Columns may come in any order; columns unknown to this version are
-//! ignored.
+//! ignored. [`DETAILS`] are columns that a file may lack.
 
 mod columns;
 mod csv_file;
+mod details;
 mod error;
 
 pub use columns::{COLUMNS, Column, column};
+pub use details::{DETAILS, Detail, detail};
 pub use error::{RecordingError, RowError};
 
 use serde::{Deserialize, Serialize};
@@ -107,6 +109,8 @@ pub struct Recording {
     /// What the recording says about itself.
     pub metadata: RecordingMetadata,
     columns: Vec<Vec<f64>>,
+    /// Of each detail a value per row, or none.
+    details: Vec<Vec<f64>>,
 }
 
 impl Recording {
@@ -115,24 +119,35 @@ impl Recording {
         Self {
             metadata,
             columns: vec![Vec::new(); COLUMNS.len()],
+            details: vec![Vec::new(); DETAILS.len()],
         }
     }
 
-    /// Appends a row, its values in the order of [`COLUMNS`].
+    /// Appends a row, its values in the order of [`COLUMNS`] and, in every row or in none, of [`DETAILS`] after them.
     ///
     /// # Errors
     /// Refuses a row of another width, with a value that is not finite, or not later than the last row;
     /// the recording is then unchanged.
     pub fn push_row(&mut self, row: &[f64]) -> Result<(), RowError> {
-        if row.len() != COLUMNS.len() {
+        let detailed = if self.is_empty() {
+            row.len() != COLUMNS.len()
+        } else {
+            self.details.iter().all(|series| !series.is_empty())
+        };
+        let expected = COLUMNS.len() + if detailed { DETAILS.len() } else { 0 };
+        if row.len() != expected {
             return Err(RowError::Width {
                 found: row.len(),
-                expected: COLUMNS.len(),
+                expected: if self.is_empty() {
+                    COLUMNS.len()
+                } else {
+                    expected
+                },
             });
         }
         if let Some(position) = row.iter().position(|value| !value.is_finite()) {
             return Err(RowError::NotFinite {
-                column: COLUMNS[position],
+                column: COLUMNS.iter().chain(DETAILS).nth(position).unwrap_or(&""),
                 value: row[position],
             });
         }
@@ -142,7 +157,7 @@ impl Recording {
         {
             return Err(RowError::TimeNotIncreasing { time_s, previous_s });
         }
-        for (series, &value) in self.columns.iter_mut().zip(row) {
+        for (series, &value) in self.columns.iter_mut().chain(&mut self.details).zip(row) {
             series.push(value);
         }
         Ok(())
@@ -151,6 +166,24 @@ impl Recording {
     /// The time series of a column, one value per row.
     pub fn column(&self, column: Column) -> &[f64] {
         &self.columns[column.index()]
+    }
+
+    /// The time series of a detail, one value per row, if it was recorded.
+    pub fn detail(&self, detail: Detail) -> Option<&[f64]> {
+        let series = &self.details[detail.index()];
+        (!series.is_empty()).then_some(&series[..])
+    }
+
+    /// The recorded columns by name: all of [`COLUMNS`], then the details that there are.
+    pub fn named_columns(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
+        let names = COLUMNS.iter().chain(DETAILS).copied();
+        let series = self.columns.iter().chain(&self.details);
+        let width = COLUMNS.len();
+        names
+            .zip(series.map(|series| &series[..]))
+            .enumerate()
+            .filter(move |(k, (_, series))| *k < width || !series.is_empty())
+            .map(|(_, named)| named)
     }
 
     /// Number of rows.
@@ -227,6 +260,15 @@ impl Window {
     pub fn change(self, recording: &Recording, column: Column) -> f64 {
         let series = recording.column(column);
         series[self.end_row] - series[self.start_row]
+    }
+
+    /// By how much a detail changes from the window's first row to its last; `None` if it was not recorded.
+    ///
+    /// # Panics
+    /// If the window reaches beyond the recording.
+    pub fn detail_change(self, recording: &Recording, detail: Detail) -> Option<f64> {
+        let series = recording.detail(detail)?;
+        Some(series[self.end_row] - series[self.start_row])
     }
 
     /// How long the window lasts, s.

@@ -2,8 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::cost::{classic_froude_number, cost_of_transport, froude_number};
+use crate::cost::{
+    absolute_cost_of_transport, classic_froude_number, cost_of_transport, froude_number,
+    squared_force_n2_s_per_m,
+};
 use crate::energy::{correlation_in_single_support, correlation_over, energy_recovery};
+use crate::flow::{
+    EnergyFlow, losses_after_touchdown, peak_force_body_weights, share_at_stop, touching_shares,
+};
 use crate::gait::{GaitClass, GaitEvidence, GaitRule};
 use crate::recording::{Column, Recording, Side, Window, column, ended_by};
 use crate::steps::{LegTiming, Step, step_frequency_hz, step_length_m, whole_strides};
@@ -60,6 +66,12 @@ pub struct GaitSummary {
     pub flight: Option<f64>,
     /// Cost of transport (8).
     pub cost_of_transport: Option<f64>,
+    /// Cost of transport with negative work added as an amount.
+    pub absolute_cost_of_transport: Option<f64>,
+    /// `∫F² dt` of both actuators per metre, N² s/m.
+    pub squared_force_n2_s_per_m: Option<f64>,
+    /// Share of the actuators' `∫|F| dt` that presses on an end stop, in [0, 1].
+    pub force_share_at_stops: Option<f64>,
     /// Steps (not strides) per second, Hz.
     pub step_frequency_hz: Option<f64>,
     /// Way of the hip per step, m.
@@ -98,9 +110,32 @@ pub struct GaitSummary {
     pub elastic_kinetic_correlation_single_support: Option<f64>,
     /// Correlation of elastic with gravitational energy in single support, in [-1, 1].
     pub elastic_potential_correlation_single_support: Option<f64>,
-    /// Pendular energy recovery after Cavagna over whole strides, in [0, 1].
+    /// Correlation of the leg springs' energy with kinetic energy in single support, in [-1, 1].
+    pub leg_spring_kinetic_correlation_single_support: Option<f64>,
+    /// Correlation of the leg springs' energy with gravitational energy in single support, in [-1, 1].
+    pub leg_spring_potential_correlation_single_support: Option<f64>,
+    /// Correlation of the hip springs' energy with kinetic energy in single support, in [-1, 1].
+    pub hip_spring_kinetic_correlation_single_support: Option<f64>,
+    /// Correlation of the hip springs' energy with gravitational energy in single support, in [-1, 1].
+    pub hip_spring_potential_correlation_single_support: Option<f64>,
+    /// Pendular energy recovery of the centre of mass after Cavagna over whole strides, in [0, 1].
     pub energy_recovery: Option<f64>,
+    /// Greatest vertical ground reaction of a stance, mean over the right leg's stances, in body weights.
+    pub peak_force_right_body_weights: Option<f64>,
+    /// The same of the left leg.
+    pub peak_force_left_body_weights: Option<f64>,
+    /// Share of the integration steps in which both feet touch the ground, however lightly, in [0, 1].
+    pub both_feet_touching: Option<f64>,
+    /// Share of the integration steps in which no foot touches the ground, in [0, 1].
+    pub no_foot_touching: Option<f64>,
+    /// Share of the losses within 50 ms after a touchdown, in [0, 1].
+    pub losses_soon_after_touchdown: Option<f64>,
+    /// Work and losses by element and leg, J per stride.
+    pub energy_flow: Option<EnergyFlow>,
 }
+
+/// How long after a touchdown a loss counts as the impact's, s.
+const SOON_AFTER_TOUCHDOWN_S: f64 = 0.05;
 
 /// Describes a recording after its settling time. Works for every recording, even an empty one.
 pub fn summarise(recording: &Recording, options: &AnalysisOptions) -> GaitSummary {
@@ -164,6 +199,11 @@ pub fn summarise_window(
         column::GRAVITATIONAL_ENERGY_J,
         column::ELASTIC_ENERGY_J,
     );
+    let (leg_springs, hip_springs) = (column::LEG_SPRING_ENERGY_J, column::HIP_SPRING_ENERGY_J);
+    let [peak_right, peak_left] = Side::BOTH.map(|side| {
+        window.and_then(|window| peak_force_body_weights(recording, support, side, window))
+    });
+    let touching = window.and_then(|window| touching_shares(recording, window));
 
     GaitSummary {
         survived_s: recording.duration_s(),
@@ -179,6 +219,11 @@ pub fn summarise_window(
         single_support: fractions.map(|fractions| fractions.single_support),
         flight: fractions.map(|fractions| fractions.flight),
         cost_of_transport: window.and_then(|window| cost_of_transport(recording, window)),
+        absolute_cost_of_transport: window
+            .and_then(|window| absolute_cost_of_transport(recording, window)),
+        squared_force_n2_s_per_m: window
+            .and_then(|window| squared_force_n2_s_per_m(recording, window)),
+        force_share_at_stops: window.and_then(|window| share_at_stop(recording, window)),
         step_frequency_hz: step_frequency_hz(steps),
         step_length_m: step_length_m(steps),
         duty_factor_right: right.map(|leg| leg.duty_factor),
@@ -199,7 +244,19 @@ pub fn summarise_window(
         kinetic_potential_correlation_single_support: in_single_support(kinetic, potential),
         elastic_kinetic_correlation_single_support: in_single_support(elastic, kinetic),
         elastic_potential_correlation_single_support: in_single_support(elastic, potential),
+        leg_spring_kinetic_correlation_single_support: in_single_support(leg_springs, kinetic),
+        leg_spring_potential_correlation_single_support: in_single_support(leg_springs, potential),
+        hip_spring_kinetic_correlation_single_support: in_single_support(hip_springs, kinetic),
+        hip_spring_potential_correlation_single_support: in_single_support(hip_springs, potential),
         energy_recovery: strides.and_then(|strides| energy_recovery(recording, strides)),
+        peak_force_right_body_weights: peak_right,
+        peak_force_left_body_weights: peak_left,
+        both_feet_touching: touching.map(|(both, _)| both),
+        no_foot_touching: touching.map(|(_, none)| none),
+        losses_soon_after_touchdown: strides.and_then(|strides| {
+            losses_after_touchdown(recording, support, strides, SOON_AFTER_TOUCHDOWN_S)
+        }),
+        energy_flow: strides.and_then(|strides| EnergyFlow::find(recording, support, strides)),
     }
 }
 

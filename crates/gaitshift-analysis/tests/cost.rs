@@ -5,9 +5,10 @@ mod common;
 
 use common::{Frame, GRAVITY, Gait, LEG_M, close, metadata, record};
 use gaitshift_analysis::cost::{
-    classic_froude_number, cost_of_transport, froude_number, speed_m_per_s,
+    absolute_cost_of_transport, classic_froude_number, cost_of_transport, froude_number,
+    speed_m_per_s, squared_force_n2_s_per_m,
 };
-use gaitshift_analysis::recording::Recording;
+use gaitshift_analysis::recording::{COLUMNS, DETAILS, Recording, column, detail};
 
 #[test]
 fn cost_is_positive_work_over_weight_and_way() {
@@ -68,4 +69,40 @@ fn froude_numbers() {
     let mut weightless = Recording::new(metadata());
     weightless.metadata.gravity_m_per_s2 = 0.0;
     assert_eq!(froude_number(&weightless, 1.0), None);
+}
+
+#[test]
+fn costs_beside_8_count_what_is_braked_and_what_is_held() {
+    // In 10 s over 2 m: 100 J of positive work and 60 J net, so 40 J negative; 300 N and 200 N held all the time.
+    let mut recording = Recording::new(metadata());
+    for time_s in [0.0, 5.0, 10.0] {
+        let mut row = vec![0.0; COLUMNS.len() + DETAILS.len()];
+        row[column::TIME_S.index()] = time_s;
+        row[column::X_M.index()] = 0.2 * time_s;
+        row[column::ACTUATOR_POSITIVE_WORK_J.index()] = 10.0 * time_s;
+        row[column::ACTUATOR_WORK_J.index()] = 6.0 * time_s;
+        for (pair, force_n) in detail::ACTUATOR_SQUARED_FORCE_N2_S
+            .iter()
+            .zip([300.0, 200.0])
+        {
+            row[COLUMNS.len() + pair.index()] = force_n * force_n * time_s;
+        }
+        recording.push_row(&row).expect("valid");
+    }
+    let window = recording.whole().expect("rows");
+    let weight_way = 40.0 * 9.81 * 2.0;
+    close(cost_of_transport(&recording, window), 100.0 / weight_way);
+    close(
+        absolute_cost_of_transport(&recording, window),
+        140.0 / weight_way,
+    );
+    close(
+        squared_force_n2_s_per_m(&recording, window),
+        (300.0 * 300.0 + 200.0 * 200.0) * 10.0 / 2.0,
+    );
+    let plain = Gait::WALK.record(10.0);
+    assert_eq!(
+        squared_force_n2_s_per_m(&plain, plain.whole().expect("rows")),
+        None
+    );
 }

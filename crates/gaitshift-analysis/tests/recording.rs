@@ -8,7 +8,7 @@ use std::fs;
 
 use common::{Gait, metadata};
 use gaitshift_analysis::recording::{
-    COLUMNS, Column, Recording, RecordingError, RowError, Window, column,
+    COLUMNS, Column, DETAILS, Recording, RecordingError, RowError, Window, column, detail,
 };
 use proptest::prelude::*;
 use tempfile::TempDir;
@@ -394,4 +394,89 @@ proptest! {
         prop_assert_eq!(bits(&read), bits(&recording));
         prop_assert_eq!(read.metadata, recording.metadata);
     }
+}
+
+/// A recording with details that tell their rows and places.
+fn detailed() -> Recording {
+    let mut recording = Recording::new(metadata());
+    for k in 0..4 {
+        let mut row = vec![f64::from(k); COLUMNS.len() + DETAILS.len()];
+        for (place, value) in row[COLUMNS.len()..].iter_mut().enumerate() {
+            *value = f64::from(k) + 0.001 * place as f64 + 0.1;
+        }
+        recording.push_row(&row).expect("valid");
+    }
+    recording
+}
+
+#[test]
+fn details_are_read_back_to_the_bit_whole_or_in_part_or_not_at_all() {
+    let recording = detailed();
+    assert_eq!(round_trip(&recording), recording);
+    assert_eq!(
+        recording.named_columns().count(),
+        COLUMNS.len() + DETAILS.len()
+    );
+    let plain = Gait::WALK.record(0.05);
+    assert_eq!(plain.detail(detail::COM_X_M), None);
+    assert_eq!(plain.named_columns().count(), COLUMNS.len());
+    assert_eq!(round_trip(&plain), plain);
+
+    // Another simulator may know the centre of mass and nothing else.
+    let text = recording.to_csv().expect("text");
+    let keep = COLUMNS.len() + 4;
+    let cut = text.lines().enumerate().map(|(line, text)| match line {
+        0 => text.to_owned(),
+        _ => text.split(',').take(keep).collect::<Vec<_>>().join(","),
+    });
+    let folder = TempDir::new().expect("temporary folder");
+    let path = folder.path().join("part.csv");
+    fs::write(&path, cut.collect::<Vec<_>>().join("\n") + "\n").expect("written");
+    let part = Recording::read_csv(&path).expect("read");
+    assert_eq!(
+        part.detail(detail::COM_Z_M),
+        recording.detail(detail::COM_Z_M)
+    );
+    assert_eq!(part.detail(detail::FLIGHT_SHARE), None);
+    assert_eq!(round_trip(&part), part);
+}
+
+#[test]
+fn damaged_details_are_refused() {
+    let text = detailed().to_csv().expect("text");
+    let folder = TempDir::new().expect("temporary folder");
+    let path = folder.path().join("motion.csv");
+    let refused = |text: String, parts: &[&str]| {
+        fs::write(&path, text).expect("written");
+        let message = Recording::read_csv(&path).expect_err("refused").to_string();
+        for part in parts {
+            assert!(message.contains(part), "{message:?} lacks {part:?}");
+        }
+    };
+    let first = COLUMNS.len();
+    refused(
+        with_field(&text, 3, first + 1, "high"),
+        &["com_z_m", "line 4", "high"],
+    );
+    refused(with_field(&text, 3, first, "inf"), &["com_x_m", "inf"]);
+    refused(with_field(&text, 1, first + 1, "com_x_m"), &["com_x_m"]);
+}
+
+#[test]
+fn rows_have_details_all_or_none() {
+    let row = vec![9.0; COLUMNS.len()];
+    let mut with = detailed();
+    let width = |found, expected| Err(RowError::Width { found, expected });
+    let whole = COLUMNS.len() + DETAILS.len();
+    assert_eq!(with.push_row(&row), width(COLUMNS.len(), whole));
+    let mut without = Gait::WALK.record(0.01);
+    assert_eq!(
+        without.push_row(&vec![9.0; whole]),
+        width(whole, COLUMNS.len())
+    );
+    let mut empty = Recording::new(metadata());
+    assert_eq!(
+        empty.push_row(&row[1..]),
+        width(COLUMNS.len() - 1, COLUMNS.len())
+    );
 }

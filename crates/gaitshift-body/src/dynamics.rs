@@ -23,7 +23,7 @@
 
 use crate::contact::{ArcMotion, Sole};
 use crate::energy::EnergyAccount;
-use crate::{BodyParameters, BodyState, FootContact, LegState, ParameterError, Terrain};
+use crate::{BodyParameters, BodyState, FootContact, LegState, Meter, ParameterError, Terrain};
 
 /// The body, ready to simulate: validated parameters and what follows from them.
 #[derive(Debug, Clone)]
@@ -413,7 +413,7 @@ impl Body {
         steps: u32,
         account: &mut EnergyAccount,
     ) -> AdvanceReport {
-        self.advance_on_its_ground(s, command, None, steps, account)
+        self.advance_on_its_ground(s, command, None, steps, account, None)
     }
 
     /// [`Body::advance`] while an external force, forward and up in N, pushes the hip axis. Its work is booked
@@ -426,7 +426,21 @@ impl Body {
         steps: u32,
         account: &mut EnergyAccount,
     ) -> AdvanceReport {
-        self.advance_on_its_ground(s, command, Some(push_n), steps, account)
+        self.advance_on_its_ground(s, command, Some(push_n), steps, account, None)
+    }
+
+    /// [`Body::advance`], or with a push [`Body::advance_pushed`], to the same bits, while a meter looks at every
+    /// integration step.
+    pub fn advance_metered(
+        &self,
+        s: &mut BodyState,
+        command: [f64; 2],
+        push_n: Option<[f64; 2]>,
+        steps: u32,
+        account: &mut EnergyAccount,
+        meter: &mut Meter,
+    ) -> AdvanceReport {
+        self.advance_on_its_ground(s, command, push_n, steps, account, Some(meter))
     }
 
     /// Inlined like [`Body::advance_under`]: the ground is chosen once for all steps.
@@ -438,10 +452,11 @@ impl Body {
         push_n: Option<[f64; 2]>,
         steps: u32,
         account: &mut EnergyAccount,
+        meter: Option<&mut Meter>,
     ) -> AdvanceReport {
         match self.terrain {
-            None => self.advance_under::<false>(s, command, push_n, steps, account),
-            Some(_) => self.advance_on_terrain(s, command, push_n, steps, account),
+            None => self.advance_under::<false>(s, command, push_n, steps, account, meter),
+            Some(_) => self.advance_on_terrain(s, command, push_n, steps, account, meter),
         }
     }
 
@@ -453,11 +468,12 @@ impl Body {
         push_n: Option<[f64; 2]>,
         steps: u32,
         account: &mut EnergyAccount,
+        meter: Option<&mut Meter>,
     ) -> AdvanceReport {
-        self.advance_under::<true>(s, command, push_n, steps, account)
+        self.advance_under::<true>(s, command, push_n, steps, account, meter)
     }
 
-    /// Inlined into its callers, so that a body that nobody pushes, and one on flat ground, computes nothing for it: a look at
+    /// Inlined into its callers, so that a body that nobody pushes or meters, and one on flat ground, computes nothing for it: a look at
     /// the terrain for each foot in each step would cost some 5 % of the time.
     #[inline(always)]
     fn advance_under<const ON_TERRAIN: bool>(
@@ -467,6 +483,7 @@ impl Body {
         push_n: Option<[f64; 2]>,
         steps: u32,
         account: &mut EnergyAccount,
+        mut meter: Option<&mut Meter>,
     ) -> AdvanceReport {
         let p = &self.parameters;
         let dt = p.time_step_s;
@@ -481,6 +498,9 @@ impl Body {
             let old = *s;
             step_semi_implicit(s, &a, dt);
             self.book(&old, s, &a, dt, account);
+            if let Some(meter) = meter.as_deref_mut() {
+                meter.step(self, &old, s, &a, dt);
+            }
             if let Some([forward_n, up_n]) = push_n {
                 account.external_work += (forward_n * 0.5 * (old.x_dot + s.x_dot)
                     + up_n * 0.5 * (old.z_dot + s.z_dot))

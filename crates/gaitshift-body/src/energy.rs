@@ -95,6 +95,19 @@ impl EnergyAccount {
     }
 }
 
+/// The centre of mass of the whole body.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CentreOfMass {
+    /// Forward position, in m.
+    pub x: f64,
+    /// Height, in m.
+    pub z: f64,
+    /// Forward velocity, in m/s.
+    pub x_dot: f64,
+    /// Upward velocity, in m/s.
+    pub z_dot: f64,
+}
+
 /// Linear and angular momentum.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Momentum {
@@ -157,8 +170,45 @@ impl Body {
         e
     }
 
+    /// Place and velocity of the centre of mass.
+    pub fn centre_of_mass(&self, s: &BodyState) -> CentreOfMass {
+        let centre = centre_of(&self.point_masses(s));
+        CentreOfMass {
+            x: s.x + centre.x,
+            z: s.z + centre.z,
+            x_dot: centre.x_dot,
+            z_dot: centre.z_dot,
+        }
+    }
+
     /// Linear momentum and angular momentum about the centre of mass.
     pub fn momentum(&self, s: &BodyState) -> Momentum {
+        let bodies = self.point_masses(s);
+        let centre = centre_of(&bodies);
+        let spin = self.parameters().hip_inertia_kg_m2 * s.theta_dot
+            + self.leg_inertia() * s.legs[0].psi_dot
+            + self.leg_inertia() * s.legs[1].psi_dot;
+        let PointMass {
+            x,
+            z,
+            x_dot,
+            z_dot,
+            mass: total,
+        } = centre;
+        // The sense that turns (v_x, v_z) into (-v_z, v_x) is positive.
+        let angular: f64 = bodies
+            .iter()
+            .map(|b| b.mass * ((b.x - x) * (b.z_dot - z_dot) - (b.z - z) * (b.x_dot - x_dot)))
+            .sum();
+        Momentum {
+            x: total * x_dot,
+            z: total * z_dot,
+            angular: angular + spin,
+        }
+    }
+
+    /// Hip segment, then thigh, tibia and foot of each leg.
+    fn point_masses(&self, s: &BodyState) -> [PointMass; 7] {
         let p = self.parameters();
         let (sin_t, cos_t) = s.theta.sin_cos();
         let c = p.hip_com_height_m;
@@ -170,7 +220,6 @@ impl Body {
             x_dot: s.x_dot - c * s.theta_dot * cos_t,
             z_dot: s.z_dot - c * s.theta_dot * sin_t,
         };
-        let mut spin = p.hip_inertia_kg_m2 * s.theta_dot;
         for (i, leg) in s.legs.iter().enumerate() {
             let (sin_p, cos_p) = leg.psi.sin_cos();
             let parts = [
@@ -195,24 +244,22 @@ impl Body {
                     z_dot: s.z_dot - rho_dot * cos_p + rho * leg.psi_dot * sin_p,
                 };
             }
-            spin += self.leg_inertia() * leg.psi_dot;
         }
-        let total: f64 = bodies.iter().map(|b| b.mass).sum();
-        let mean = |value: fn(&PointMass) -> f64| {
-            bodies.iter().map(|b| b.mass * value(b)).sum::<f64>() / total
-        };
-        let (x, z) = (mean(|b| b.x), mean(|b| b.z));
-        let (x_dot, z_dot) = (mean(|b| b.x_dot), mean(|b| b.z_dot));
-        // The sense that turns (v_x, v_z) into (-v_z, v_x) is positive.
-        let angular: f64 = bodies
-            .iter()
-            .map(|b| b.mass * ((b.x - x) * (b.z_dot - z_dot) - (b.z - z) * (b.x_dot - x_dot)))
-            .sum();
-        Momentum {
-            x: total * x_dot,
-            z: total * z_dot,
-            angular: angular + spin,
-        }
+        bodies
+    }
+}
+
+/// All bodies as one point.
+fn centre_of(bodies: &[PointMass]) -> PointMass {
+    let mass: f64 = bodies.iter().map(|b| b.mass).sum();
+    let mean =
+        |value: fn(&PointMass) -> f64| bodies.iter().map(|b| b.mass * value(b)).sum::<f64>() / mass;
+    PointMass {
+        mass,
+        x: mean(|b| b.x),
+        z: mean(|b| b.z),
+        x_dot: mean(|b| b.x_dot),
+        z_dot: mean(|b| b.z_dot),
     }
 }
 

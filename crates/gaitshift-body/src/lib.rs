@@ -21,13 +21,15 @@
 mod contact;
 mod dynamics;
 mod energy;
+mod meter;
 mod parameters;
 mod state;
 mod terrain;
 
 pub use contact::{FootContact, sphere_center};
 pub use dynamics::{Accelerations, AdvanceReport, Body, LegForces};
-pub use energy::{EnergyAccount, MechanicalEnergy, Momentum};
+pub use energy::{CentreOfMass, EnergyAccount, MechanicalEnergy, Momentum};
+pub use meter::{LegMeter, Meter};
 pub use parameters::{BodyParameters, ParameterError};
 pub use state::{BodyState, LEFT, LegState, RIGHT};
 pub use terrain::Terrain;

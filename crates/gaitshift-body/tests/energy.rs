@@ -121,3 +121,54 @@ fn the_account_adds_up() {
     assert_near(account.contact(), 1.1);
     assert_near(account.dissipated(), 2.1);
 }
+
+#[test]
+fn the_centre_of_mass_is_where_gravity_and_momentum_say() {
+    // Height from the gravitational energy, velocity from the momentum, both computed elsewhere; forward position by its
+    // definition, body by body; and the velocity is the rate of the position.
+    let body = Body::new(BodyParameters {
+        hip_com_height_m: 0.07,
+        ..BodyParameters::default()
+    })
+    .unwrap();
+    let p = body.parameters();
+    let mut s = BodyState::with_leg_angles(&body, [0.4, -0.3]);
+    (s.x, s.z, s.theta) = (2.5, 1.4, 0.2);
+    (s.x_dot, s.z_dot, s.theta_dot) = (1.1, -0.4, 0.9);
+    let leg = &mut s.legs[LEFT];
+    (leg.thigh, leg.tibia, leg.foot) = (0.05, 0.03, -0.02);
+    (leg.psi_dot, leg.thigh_dot, leg.foot_dot) = (2.0, 0.3, -0.5);
+    let mass = p.total_mass_kg();
+    let centre = body.centre_of_mass(&s);
+    assert_near(
+        centre.z,
+        body.energy(&s).gravitational / (mass * p.gravity_m_per_s2),
+    );
+    assert_near(centre.x_dot, body.momentum(&s).x / mass);
+    assert_near(centre.z_dot, body.momentum(&s).z / mass);
+    let mut moment = p.hip_mass_kg * (s.x - 0.07 * s.theta.sin());
+    for leg in &s.legs {
+        for (m, along) in [
+            (p.thigh_mass_kg, p.thigh_distance_m + leg.thigh),
+            (p.tibia_mass_kg, p.tibia_distance_m + leg.tibia),
+            (p.foot_mass_kg, p.foot_distance_m + leg.foot),
+        ] {
+            moment += m * (s.x + along * leg.psi.sin());
+        }
+    }
+    assert_near(centre.x, moment / mass);
+    let mut later = s;
+    let dt = 1e-7;
+    later.x += s.x_dot * dt;
+    later.z += s.z_dot * dt;
+    later.theta += s.theta_dot * dt;
+    for leg in &mut later.legs {
+        leg.psi += leg.psi_dot * dt;
+        leg.thigh += leg.thigh_dot * dt;
+        leg.tibia += leg.tibia_dot * dt;
+        leg.foot += leg.foot_dot * dt;
+    }
+    let moved = body.centre_of_mass(&later);
+    assert!(((moved.x - centre.x) / dt - centre.x_dot).abs() < 1e-6);
+    assert!(((moved.z - centre.z) / dt - centre.z_dot).abs() < 1e-6);
+}

@@ -83,15 +83,16 @@ impl Rollout<'_> {
         if let Some(disturbance) = disturbance {
             simulation.disturb(disturbance, self.seed);
         }
+        simulation.record_details();
         let mut recording = Recording::new(simulation.metadata(self.controller, self.seed));
         let mut row = Vec::new();
-        simulation.row(&mut row);
+        simulation.detailed_row(&mut row);
         recording.push_row(&row)?;
         for _ in 0..(self.duration_s / period).round() as u64 {
             let omega_v = self.profile.at(simulation.time_s());
             let ended = simulation.step(omega_v, None, control);
             if ended != Some(EndReason::Diverged) {
-                simulation.row(&mut row);
+                simulation.detailed_row(&mut row);
                 recording.push_row(&row)?;
             }
             if let Some(ended) = ended {

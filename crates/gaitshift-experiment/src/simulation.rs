@@ -2,7 +2,7 @@
 
 use crate::rollout::Control;
 use gaitshift_analysis::recording::RecordingMetadata;
-use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT, Terrain};
+use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, LegMeter, RIGHT, Terrain};
 use gaitshift_task::{
     ACTION_SIZE, Disturbance, Disturbed, EndReason, Environment, OBSERVATION_SIZE, RewardTerms,
     TaskParameters, scale_observation,
@@ -47,6 +47,11 @@ impl Simulation {
     /// pushes that are not at a phase of the stride. The ground is the body's ([`Disturbance::place`]).
     pub fn disturb(&mut self, disturbance: &Disturbance, seed: u64) {
         self.disturbed = Disturbed::new(disturbance, self.body.parameters(), seed);
+    }
+
+    /// From now on rows have details ([`Simulation::detailed_row`]): what happens between them is looked at, too.
+    pub fn record_details(&mut self) {
+        self.environment.attach_meter();
     }
 
     /// What a recording of this motion says about itself, as long as the body is up.
@@ -139,6 +144,41 @@ impl Simulation {
             row,
         );
     }
+
+    /// The same with the details after it, if they are recorded.
+    pub fn detailed_row(&self, row: &mut Vec<f64>) {
+        self.row(row);
+        push_details(&self.body, &self.environment, row);
+    }
+}
+
+/// What follows the columns of a row in a recording with details, in the order of
+/// `gaitshift_analysis::recording::DETAILS`; nothing without a meter.
+fn push_details(body: &Body, environment: &Environment, row: &mut Vec<f64>) {
+    let Some(meter) = environment.meter() else {
+        return;
+    };
+    let centre = body.centre_of_mass(&environment.state);
+    row.extend([centre.x, centre.z, centre.x_dot, centre.z_dot]);
+    row.push(meter.flight_share);
+    let mut pair = |of: fn(&LegMeter) -> f64| row.extend(meter.legs.each_ref().map(of));
+    pair(|leg| leg.peak_normal_n);
+    pair(|leg| leg.contact_share);
+    pair(|leg| leg.actuator_work);
+    pair(|leg| leg.actuator_positive_work);
+    pair(|leg| leg.squared_force_n2_s);
+    pair(|leg| leg.impulse_n_s);
+    pair(|leg| leg.impulse_at_stop_n_s);
+    pair(|leg| leg.leg_spring_release);
+    pair(|leg| leg.hip_spring_release);
+    pair(|leg| leg.stop_release);
+    pair(|leg| leg.contact_release);
+    pair(|leg| leg.hip_damper);
+    pair(|leg| leg.c1);
+    pair(|leg| leg.c2);
+    pair(|leg| leg.stops);
+    pair(|leg| leg.contact_normal);
+    pair(|leg| leg.friction);
 }
 
 /// The row of an environment at `time_s` after a control period under `command` with this report and these terms of the

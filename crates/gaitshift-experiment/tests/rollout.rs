@@ -1,10 +1,10 @@
 //! Contract: a rollout records every control period of the environment it moves, command by command, to the bit; it ends
 //! with its duration or with the fall and says which; the task's time limit does not end it; a motion that diverges
-//! ends with its last finite state. What disturbs it comes when it should, and the header says so.
+//! ends with its last finite state. Its details are those of the same motion taken one integration step at a time. What disturbs it comes when it should, and the header says so.
 
-use gaitshift_analysis::recording::{Column, Recording, Side, column};
+use gaitshift_analysis::recording::{Column, Recording, Side, column, detail};
 use gaitshift_analysis::support::{ContactRule, FootEventKind, Support};
-use gaitshift_body::{Body, BodyParameters};
+use gaitshift_body::{Body, BodyParameters, BodyState, EnergyAccount};
 use gaitshift_experiment::{CommandProfile, Controller, Deterministic, Rollout};
 use gaitshift_task::{
     ACTION_SIZE, Disturbance, Environment, OBSERVATION_SIZE, Push, TaskParameters,
@@ -201,4 +201,84 @@ fn a_motion_that_diverges_ends_with_its_last_finite_state() {
     assert_eq!(recording.len(), 1);
     let m = &recording.metadata;
     assert!(m.fell && m.ended_by == "diverged", "{}", m.ended_by);
+}
+
+#[test]
+fn details_are_those_of_the_motion_taken_step_by_step() {
+    // From the state of each row on, the body goes through the next period in 50 steps by itself; recorded angles are relative,
+    // so states agree to rounding only.
+    let recording = disturbed(&Disturbance::default(), 3.0, 3.0);
+    let body = Body::new(Controller::shipped().unwrap().body).unwrap();
+    let at = |column: Column, row: usize| recording.column(column)[row];
+    let both = |pair: [Column; 2], row: usize| pair.map(|column| at(column, row));
+    let state = |row: usize| {
+        let [phi, h, d, w] = [column::PHI_RAD, column::H_M, column::D_M, column::W_M];
+        let leg = |i: usize| [phi, h, d, w].map(|pair| both(pair, row)[i]);
+        let rate = |i: usize| {
+            [
+                column::PHI_VELOCITY_RAD_PER_S,
+                column::H_VELOCITY_M_PER_S,
+                column::D_VELOCITY_M_PER_S,
+                column::W_VELOCITY_M_PER_S,
+            ]
+            .map(|pair| both(pair, row)[i])
+        };
+        let join = |first: [f64; 3], right: [f64; 4], left: [f64; 4]| -> [f64; 11] {
+            let all: Vec<f64> = first.into_iter().chain(right).chain(left).collect();
+            all.try_into().unwrap()
+        };
+        let place = [column::X_M, column::Z_M, column::THETA_RAD].map(|c| at(c, row));
+        let velocity = [
+            column::X_VELOCITY_M_PER_S,
+            column::Z_VELOCITY_M_PER_S,
+            column::THETA_VELOCITY_RAD_PER_S,
+        ]
+        .map(|c| at(c, row));
+        BodyState::from_coordinates(
+            &join(place, leg(0), leg(1)),
+            &join(velocity, rate(0), rate(1)),
+        )
+    };
+    let force = body.parameters().actuator_force_n;
+    let mut greatest_hidden = 0.0_f64;
+    for row in 100..recording.len() - 1 {
+        let mut s = state(row);
+        let command = both(column::COMMAND, row + 1);
+        let (mut peak, mut touching, mut flight) = ([0.0_f64; 2], [0.0; 2], 0.0);
+        let mut friction = [0.0; 2];
+        for _ in 0..50 {
+            let forces = body.accelerations(&s, command.map(|c| c * force)).forces;
+            for i in 0..2 {
+                peak[i] = peak[i].max(forces[i].contact.normal_n);
+                touching[i] += f64::from(u8::from(forces[i].contact.normal_n > 0.0)) / 50.0;
+                friction[i] += forces[i].contact.friction_loss_w * body.parameters().time_step_s;
+            }
+            flight += f64::from(u8::from(forces.iter().all(|f| f.contact.normal_n <= 0.0))) / 50.0;
+            body.advance(&mut s, command, 1, &mut EnergyAccount::default());
+        }
+        let told = |d: gaitshift_analysis::recording::Detail, row: usize| {
+            recording.detail(d).expect("details")[row]
+        };
+        for i in 0..2 {
+            let recorded = told(detail::PEAK_NORMAL_FORCE_N[i], row + 1);
+            assert!(
+                (recorded - peak[i]).abs() < 1e-4 * peak[i].max(1.0),
+                "{recorded} {}",
+                peak[i]
+            );
+            let mean = both(column::NORMAL_FORCE_N, row + 1)[i];
+            greatest_hidden = greatest_hidden.max(recorded - mean);
+            let [before, after] =
+                [row, row + 1].map(|row| told(detail::FRICTION_DISSIPATION_J[i], row));
+            assert!((after - before - friction[i]).abs() < 1e-6 * friction[i].max(1.0));
+            // A force of a few millionths of a newton may begin a step earlier or later.
+            assert!((told(detail::CONTACT_SHARE[i], row + 1) - touching[i]).abs() < 0.021);
+        }
+        assert!((told(detail::FLIGHT_SHARE, row + 1) - flight).abs() < 0.021);
+        let centre = body.centre_of_mass(&state(row));
+        assert!((told(detail::COM_X_M, row) - centre.x).abs() < 1e-12);
+        assert!((told(detail::COM_Z_VELOCITY_M_PER_S, row) - centre.z_dot).abs() < 1e-12);
+    }
+    // The impact that means over the period hide: more than a body weight.
+    assert!(greatest_hidden > 400.0, "{greatest_hidden} N");
 }

@@ -4,7 +4,6 @@
 //! ZIP: PKWARE's APPNOTE.TXT, sections 4.3.7, 4.3.12 and 4.3.16. NPY: `numpy.lib.format`, version 1.0.
 
 use gaitshift_analysis::Recording;
-use gaitshift_analysis::recording::{COLUMNS, Column};
 
 /// The bytes of the NPZ file of a recording: for each column an array of 64-bit floats with as many
 /// elements as there are rows, and `metadata`, a string.
@@ -13,8 +12,7 @@ use gaitshift_analysis::recording::{COLUMNS, Column};
 /// As a text, metadata that cannot be written as JSON.
 pub fn npz(recording: &Recording) -> Result<Vec<u8>, String> {
     let mut archive = Archive::default();
-    for name in COLUMNS {
-        let series = Column::named(name).map_or(&[][..], |column| recording.column(column));
+    for (name, series) in recording.named_columns() {
         let bytes = series.iter().flat_map(|v| v.to_le_bytes()).collect();
         archive.add(name, &npy("<f8", &format!("({},)", series.len()), bytes))?;
     }

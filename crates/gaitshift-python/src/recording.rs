@@ -92,7 +92,7 @@ impl Recording {
 
     #[getter]
     fn columns(&self) -> Vec<&'static str> {
-        COLUMNS.to_vec()
+        self.0.named_columns().map(|(name, _)| name).collect()
     }
 
     fn __len__(&self) -> usize {
@@ -100,12 +100,13 @@ impl Recording {
     }
 
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let column = Column::named(name).ok_or_else(|| {
+        let mut columns = self.0.named_columns();
+        let (_, series) = columns.find(|(known, _)| *known == name).ok_or_else(|| {
             PyKeyError::new_err(format!(
-                "a recording has no column `{name}`; see gaitshift.COLUMNS"
+                "this recording has no column `{name}`; its attribute `columns` lists those that it has"
             ))
         })?;
-        Ok(PyArray1::from_slice(py, self.0.column(column)))
+        Ok(PyArray1::from_slice(py, series))
     }
 
     #[pyo3(signature = (settling_time_s = 5.0))]

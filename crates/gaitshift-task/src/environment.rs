@@ -5,7 +5,9 @@ use crate::randomization::Conditions;
 use crate::{
     PhaseSettings, Randomization, RewardParameters, RewardTerms, StepEnergies, TaskParameters,
 };
-use gaitshift_body::{AdvanceReport, Body, BodyState, EnergyAccount, LEFT, ParameterError, RIGHT};
+use gaitshift_body::{
+    AdvanceReport, Body, BodyState, EnergyAccount, LEFT, Meter, ParameterError, RIGHT,
+};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
@@ -69,6 +71,9 @@ pub struct Environment {
     /// Control periods since the episode began.
     pub periods: u32,
     energy_j: f64,
+    /// What looks at every integration step, where details are recorded.
+    #[serde(skip)]
+    meter: Option<Box<Meter>>,
 }
 
 impl Environment {
@@ -80,7 +85,18 @@ impl Environment {
             account: EnergyAccount::default(),
             omega_v,
             periods: 0,
+            meter: None,
         }
+    }
+
+    /// From now on a meter looks at every integration step; what it sees changes nothing.
+    pub fn attach_meter(&mut self) {
+        self.meter = Some(Box::default());
+    }
+
+    /// What the meter has seen, if there is one.
+    pub fn meter(&self) -> Option<&Meter> {
+        self.meter.as_deref()
     }
 
     /// The default start: the middle of the start's ranges, the right leg in front.
@@ -212,12 +228,18 @@ impl Environment {
         let before = self.account;
         let mut report = AdvanceReport::default();
         let mut done = 0;
+        if let Some(meter) = &mut self.meter {
+            meter.begin_period();
+        }
         for part in parts.iter().filter(|part| part.steps > 0) {
             let &Part { command, steps, .. } = part;
             let (state, account) = (&mut self.state, &mut self.account);
-            let next = match part.push_n {
-                None => body.advance(state, command, steps, account),
-                Some(push_n) => body.advance_pushed(state, command, push_n, steps, account),
+            let next = match (part.push_n, &mut self.meter) {
+                (None, None) => body.advance(state, command, steps, account),
+                (Some(push_n), None) => body.advance_pushed(state, command, push_n, steps, account),
+                (push_n, Some(meter)) => {
+                    body.advance_metered(state, command, push_n, steps, account, meter)
+                }
             };
             report = if done == 0 {
                 next

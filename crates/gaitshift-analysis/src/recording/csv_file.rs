@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{COLUMNS, Recording, RecordingError, RecordingMetadata};
+use super::{COLUMNS, DETAILS, Recording, RecordingError, RecordingMetadata, RowError};
 
 const MAGIC: &str = "# gaitshift-recording ";
 pub(super) const FORMAT_VERSION: &str = "1";
@@ -48,12 +48,13 @@ impl Recording {
             rows: Some(self.len()),
         })
         .map_err(|error| error.to_string())?;
+        let (names, columns): (Vec<&str>, Vec<&[f64]>) = self.named_columns().unzip();
         let mut text = format!(
             "{MAGIC}{FORMAT_VERSION} {first_line}\n{}\n",
-            COLUMNS.join(",")
+            names.join(",")
         );
         for row in 0..self.len() {
-            for (position, series) in self.columns.iter().enumerate() {
+            for (position, series) in columns.iter().enumerate() {
                 if position > 0 {
                     text.push(',');
                 }
@@ -139,26 +140,42 @@ impl Recording {
             .from_reader(table.as_bytes());
         let header = reader.headers().map_err(|error| csv_error(path, &error))?;
         let fields = fields_of_columns(path, header)?;
+        let details = fields_of_details(path, header)?;
+        // Kept apart until the end: each of them may be there or not.
+        let mut detailed = vec![Vec::new(); DETAILS.len()];
         let mut row = vec![0.0; COLUMNS.len()];
         for record in reader.records() {
             let record = record.map_err(|error| csv_error(path, &error))?;
             let line = file_line(record.position());
-            for ((value, &field), &column) in row.iter_mut().zip(&fields).zip(COLUMNS) {
+            let number = |field: usize, column: &'static str| {
                 // The csv reader has made sure that the record is as long as the header.
                 let text = record.get(field).unwrap_or_default();
-                *value = text.parse().map_err(|_| RecordingError::NotANumber {
+                text.parse::<f64>().map_err(|_| RecordingError::NotANumber {
                     path: path.to_owned(),
                     line,
                     column,
                     text: text.to_owned(),
-                })?;
-            }
-            self.push_row(&row).map_err(|source| RecordingError::Row {
+                })
+            };
+            let bad_row = |source| RecordingError::Row {
                 path: path.to_owned(),
                 line,
                 source,
-            })?;
+            };
+            for ((value, &field), &column) in row.iter_mut().zip(&fields).zip(COLUMNS) {
+                *value = number(field, column)?;
+            }
+            self.push_row(&row).map_err(bad_row)?;
+            for &(detail, field) in &details {
+                let column = DETAILS[detail];
+                let value = number(field, column)?;
+                if !value.is_finite() {
+                    return Err(bad_row(RowError::NotFinite { column, value }));
+                }
+                detailed[detail].push(value);
+            }
         }
+        self.details = detailed;
         Ok(())
     }
 }
@@ -210,6 +227,28 @@ fn fields_of_columns(
             columns: missing,
         })
     }
+}
+
+/// Those of [`DETAILS`] that the file has, each with the position of its field in a line.
+fn fields_of_details(
+    path: &Path,
+    header: &csv::StringRecord,
+) -> Result<Vec<(usize, usize)>, RecordingError> {
+    let mut fields = Vec::new();
+    for (detail, &column) in DETAILS.iter().enumerate() {
+        let mut matching = (0..header.len()).filter(|&field| &header[field] == column);
+        match (matching.next(), matching.next()) {
+            (Some(field), None) => fields.push((detail, field)),
+            (None, _) => {}
+            (Some(_), Some(_)) => {
+                return Err(RecordingError::DuplicateColumn {
+                    path: path.to_owned(),
+                    column,
+                });
+            }
+        }
+    }
+    Ok(fields)
 }
 
 /// Line in the file of a position in the table, which starts on the file's second line.
