@@ -154,7 +154,7 @@ pub fn touching_shares(recording: &Recording, window: Window) -> Option<(f64, f6
     Some(((one_and_two - (1.0 - none)).max(0.0), none))
 }
 
-/// Time of the whole strides' window that lies within `within_s` after a touchdown, and the share of the losses in it.
+/// Share of the losses over a window of whole strides that falls within `within_s` after a touchdown of either foot, in [0, 1].
 ///
 /// Impacts are over soon: how much of the losses is theirs shows here.
 pub fn losses_after_touchdown(
@@ -181,13 +181,12 @@ pub fn losses_after_touchdown(
         .map(|event| event.time_s)
         .collect();
     let (mut soon_j, mut all_j) = (0.0, 0.0);
-    for row in strides.start_row()..strides.end_row() {
+    let rows = strides.start_row()..strides.end_row();
+    for (row, &time_s) in rows.clone().zip(&times[rows]) {
         let lost_j = losses(row + 1) - losses(row);
         all_j += lost_j;
-        let next = touchdowns.partition_point(|&t| t <= times[row] + 1e-9);
-        let since_s = next
-            .checked_sub(1)
-            .map(|last| times[row] - touchdowns[last]);
+        let next = touchdowns.partition_point(|&t| t <= time_s + 1e-9);
+        let since_s = next.checked_sub(1).map(|last| time_s - touchdowns[last]);
         if since_s.is_some_and(|since_s| since_s < within_s - 1e-9) {
             soon_j += lost_j;
         }

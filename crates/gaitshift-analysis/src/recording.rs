@@ -174,6 +174,28 @@ impl Recording {
         (!series.is_empty()).then_some(&series[..])
     }
 
+    /// Gives every row its value of a detail.
+    ///
+    /// # Errors
+    /// Refuses another number of values than rows, and a value that is not finite.
+    pub fn set_detail(&mut self, detail: Detail, values: Vec<f64>) -> Result<(), RowError> {
+        if values.len() != self.len() {
+            return Err(RowError::DetailLength {
+                column: detail.name(),
+                found: values.len(),
+                expected: self.len(),
+            });
+        }
+        if let Some(&value) = values.iter().find(|value| !value.is_finite()) {
+            return Err(RowError::NotFinite {
+                column: detail.name(),
+                value,
+            });
+        }
+        self.details[detail.index()] = values;
+        Ok(())
+    }
+
     /// The recorded columns by name: all of [`COLUMNS`], then the details that there are.
     pub fn named_columns(&self) -> impl Iterator<Item = (&'static str, &[f64])> {
         let names = COLUMNS.iter().chain(DETAILS).copied();

@@ -479,4 +479,12 @@ fn rows_have_details_all_or_none() {
         empty.push_row(&row[1..]),
         width(COLUMNS.len() - 1, COLUMNS.len())
     );
+    let mut told = Gait::WALK.record(0.01);
+    assert!(told.set_detail(detail::COM_X_M, vec![1.0]).is_err());
+    assert!(told.set_detail(detail::COM_X_M, vec![f64::NAN; 3]).is_err());
+    assert_eq!(told.detail(detail::COM_X_M), None);
+    told.set_detail(detail::COM_X_M, vec![1.0, 2.0, 3.0])
+        .expect("valid");
+    assert_eq!(told.detail(detail::COM_X_M), Some(&[1.0, 2.0, 3.0][..]));
+    assert_eq!(round_trip(&told), told);
 }

@@ -1,7 +1,7 @@
 //! Recordings as arrays.
 
 use crate::convert::{from_python, os_error, to_python, value_error};
-use gaitshift_analysis::recording::{COLUMNS, Column, RecordingError, RecordingMetadata};
+use gaitshift_analysis::recording::{COLUMNS, Column, Detail, RecordingError, RecordingMetadata};
 use gaitshift_analysis::{AnalysisOptions, TransitionOptions, summarise, summarise_transition};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyError, PyOSError};
@@ -20,6 +20,16 @@ fn recording_error(error: RecordingError) -> PyErr {
     }
 }
 
+/// A column as Python gives it.
+fn floats(name: &str, values: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let values: PyReadonlyArray1<'_, f64> = values.extract().map_err(|_| {
+        value_error(format!(
+            "column `{name}` must be a one-dimensional array of float64"
+        ))
+    })?;
+    Ok(values.as_array().to_vec())
+}
+
 #[pymethods]
 impl Recording {
     #[new]
@@ -32,16 +42,14 @@ impl Recording {
             let values = columns
                 .get_item(name)?
                 .ok_or_else(|| value_error(format!("`columns` has no column `{name}`")))?;
-            let values: PyReadonlyArray1<'_, f64> = values.extract().map_err(|_| {
-                value_error(format!(
-                    "column `{name}` must be a one-dimensional array of float64"
-                ))
-            })?;
-            series.push(values.as_array().to_vec());
+            series.push(floats(name, &values)?);
         }
-        for key in columns.keys() {
+        let mut details = Vec::new();
+        for (key, values) in columns.iter() {
             let key: String = key.extract()?;
-            if Column::named(&key).is_none() {
+            if let Some(detail) = Detail::named(&key) {
+                details.push((detail, floats(&key, &values)?));
+            } else if Column::named(&key).is_none() {
                 return Err(value_error(format!(
                     "`columns` has the unknown column `{key}`; see gaitshift.COLUMNS"
                 )));
@@ -65,6 +73,9 @@ impl Recording {
             recording
                 .push_row(&values)
                 .map_err(|e| value_error(format!("row {row}: {e}")))?;
+        }
+        for (detail, values) in details {
+            recording.set_detail(detail, values).map_err(value_error)?;
         }
         Ok(Self(recording))
     }

@@ -26,6 +26,16 @@ pub enum RowError {
         /// The value.
         value: f64,
     },
+    /// A detail does not have one value per row.
+    #[error("`{column}` has {found} values, the recording has {expected} rows")]
+    DetailLength {
+        /// Name of the detail.
+        column: &'static str,
+        /// Values given.
+        found: usize,
+        /// Rows of the recording.
+        expected: usize,
+    },
     /// The row's time is not later than that of the row before.
     #[error("column `time_s` is {time_s} s, not later than the row before ({previous_s} s)")]
     TimeNotIncreasing {
