@@ -27,9 +27,15 @@ base = "fast"
 name = "kills"
 seed = 3
 [[curriculum.phases]]
-name = "only"
+name = "first"
+steps = 6000
+omega_v = [-0.2, 3.0]
+learner_end = {{ learning_rate = 1e-4, horizon = 60.0 }}
+[[curriculum.phases]]
+name = "second"
 steps = {steps}
 omega_v = [-0.2, 3.0]
+learner = {{ rehearsal = 10.0 }}
 [curriculum.phases.randomization]
 share = 0.5
 latency_s = [0.0, 0.015]
@@ -49,7 +55,6 @@ average_evaluations = 2
 checkpoint_interval_steps = 100
 replay_capacity = 4000
 [training.rehearsal]
-after_steps = 6000
 states = 1000
 """
 
@@ -102,7 +107,7 @@ def main():
         places = [pathlib.Path(place) / name for name in ("whole", "killed")]
         for own in places:
             own.mkdir()
-            (own / "kills.toml").write_text(EXPERIMENT.format(steps=arguments.steps), encoding="utf-8")
+            (own / "kills.toml").write_text(EXPERIMENT.format(steps=max(arguments.steps - 6000, 1)), encoding="utf-8")
         start = [program, "train", "kills.toml", "--out", "run"]
         whole, folder = (own / "run" for own in places)
         begin = time.monotonic()

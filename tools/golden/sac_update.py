@@ -21,21 +21,17 @@ from torch.nn import functional
 
 OBSERVATIONS, ACTIONS, ROWS, UPDATES = 5, 2, 70, 3
 LOG_DEVIATION = (-5.0, 2.0)
-MIRROR = {
-    "observation": [[0, 1.0], [2, 1.0], [1, 1.0], [3, -1.0], [4, 1.0]],
-    "action": [[1, 1.0], [0, 1.0]],
-}
 CASES = {
     "plain": dict(
         actor_hidden=[12, 10], critic_hidden=[12, 10], actor_layer_norm=False, critic_layer_norm=False,
-        learning_rate=1e-3, tau=0.005, temperature=dict(kind="fixed", alpha=0.2), mirror_loss_weight=0.0,
-        actor_average_decay=0.0, max_grad_norm=None, actor_every=1,
+        learning_rate=1e-3, tau=0.005, temperature=dict(kind="fixed", alpha=0.2),
+        actor_average_decay=0.0, max_grad_norm=None,
     ),
     "all_options": dict(
         actor_hidden=[10, 9], critic_hidden=[11, 12, 8], actor_layer_norm=True, critic_layer_norm=True,
         learning_rate=3e-3, tau=0.02,
         temperature=dict(kind="auto", initial=0.4, target_entropy=-2.0, learning_rate=5e-3),
-        mirror_loss_weight=0.8, actor_average_decay=0.9, max_grad_norm=0.05, actor_every=2,
+        actor_average_decay=0.9, max_grad_norm=0.05,
     ),
 }
 
@@ -73,12 +69,6 @@ def sample(actor, observations, noise):
     distribution = TransformedDistribution(Normal(mean, deviation), transform)
     actions = transform(mean + deviation * noise)
     return actions, distribution.log_prob(actions).sum(-1)
-
-
-def mirrored(values, table):
-    index = [source for source, _ in table]
-    sign = torch.tensor([sign for _, sign in table], dtype=values.dtype)
-    return values[..., index] * sign
 
 
 def record(case, settings):
@@ -155,32 +145,27 @@ def record(case, settings):
         critic_adam.step()
         keep(f"{at}.critic_loss", torch.stack(losses))
 
-        if update % settings["actor_every"] == 0:
-            new_actions, log_probs = sample(actor, observations, noise)
-            new_input = torch.cat([observations, new_actions], -1)
-            smaller = torch.min(critics[0](new_input), critics[1](new_input)).squeeze(-1)
-            actor_loss = (alpha * scales * log_probs - smaller).mean()
-            mean = torch.tanh(actor(observations).chunk(2, dim=-1)[0])
-            image = torch.tanh(actor(mirrored(observations, MIRROR["observation"])).chunk(2, dim=-1)[0])
-            mirror_loss = (mean - mirrored(image, MIRROR["action"])).square().sum(-1).mean()
-            actor_adam.zero_grad()
-            (actor_loss + settings["mirror_loss_weight"] * mirror_loss).backward()
-            keep_gradient(f"{at}.gradient.actor", actor)
-            if settings["max_grad_norm"] is not None:
-                nn.utils.clip_grad_norm_(actor.parameters(), settings["max_grad_norm"])
-            actor_adam.step()
-            keep(f"{at}.actor_loss", actor_loss)
-            keep(f"{at}.mirror_loss", mirror_loss)
-            keep(f"{at}.entropy", -log_probs.mean())
-            if automatic:
-                alpha_loss = -(log_alpha * (log_probs.detach() + temperature["target_entropy"])).mean()
-                alpha_adam.zero_grad()
-                alpha_loss.backward()
-                alpha_adam.step()
-            with torch.no_grad():
-                decay = settings["actor_average_decay"]
-                for kept, new in zip(average.parameters(), actor.parameters()):
-                    kept.mul_(decay).add_(new, alpha=1 - decay)
+        new_actions, log_probs = sample(actor, observations, noise)
+        new_input = torch.cat([observations, new_actions], -1)
+        smaller = torch.min(critics[0](new_input), critics[1](new_input)).squeeze(-1)
+        actor_loss = (alpha * scales * log_probs - smaller).mean()
+        actor_adam.zero_grad()
+        actor_loss.backward()
+        keep_gradient(f"{at}.gradient.actor", actor)
+        if settings["max_grad_norm"] is not None:
+            nn.utils.clip_grad_norm_(actor.parameters(), settings["max_grad_norm"])
+        actor_adam.step()
+        keep(f"{at}.actor_loss", actor_loss)
+        keep(f"{at}.entropy", -log_probs.mean())
+        if automatic:
+            alpha_loss = -(log_alpha * (log_probs.detach() + temperature["target_entropy"])).mean()
+            alpha_adam.zero_grad()
+            alpha_loss.backward()
+            alpha_adam.step()
+        with torch.no_grad():
+            decay = settings["actor_average_decay"]
+            for kept, new in zip(average.parameters(), actor.parameters()):
+                kept.mul_(decay).add_(new, alpha=1 - decay)
         keep(f"{at}.log_alpha", log_alpha)
 
         with torch.no_grad():
@@ -196,7 +181,6 @@ def record(case, settings):
     config = {**settings, "batch_size": ROWS}
     header = dict(
         torch=torch.__version__, observations=OBSERVATIONS, actions=ACTIONS, updates=UPDATES, config=config,
-        mirror=MIRROR,
     )
     return tensors, {"golden": json.dumps(header)}
 

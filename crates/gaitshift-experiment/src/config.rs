@@ -1,10 +1,11 @@
 //! One experiment as one TOML file: body, task, curriculum, learner and training, every value named.
 
 use crate::rehearsal::RehearsalParameters;
-use crate::schedule::Schedule;
 use gaitshift_body::{BodyParameters, ParameterError};
 use gaitshift_sac::{SacConfig, Temperature};
-use gaitshift_task::{Curriculum, Disturbance, TaskError, TaskParameters};
+use gaitshift_task::{
+    Curriculum, Disturbance, Keyed, LearnerSettings, Phase, TaskError, TaskParameters,
+};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -20,8 +21,6 @@ pub enum Symmetry {
     /// The reward term (7) with the action taken as `π(s_t)`, against the mirrored policy's mean: the critics see what
     /// an action costs that leaves the mirror image.
     Action,
-    /// The square in (7) added to the actor's loss, weighted by `ω_s`.
-    Loss,
     /// Half of every batch is replaced by its mirror image.
     Replay,
 }
@@ -38,12 +37,14 @@ pub struct TrainingParameters {
     pub learning_starts: u64,
     /// How mirror symmetry enters.
     pub symmetry: Symmetry,
-    /// How settings of the learner move during the run.
-    pub schedule: Schedule,
+    /// See [`LearnerSettings::entropy_command_divisor`].
+    pub entropy_command_divisor: f64,
+    /// See [`LearnerSettings::entropy_share_at_zero`].
+    pub entropy_share_at_zero: f64,
     /// A controller to begin with instead of a random one, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub warm_start: Option<WarmStart>,
-    /// Whether the walk is rehearsed while running is learned.
+    /// How the walk is rehearsed in the phases that ask for it.
     pub rehearsal: RehearsalParameters,
     /// Environment steps between rows of `metrics.csv`.
     pub metrics_interval_steps: u64,
@@ -67,7 +68,8 @@ impl Default for TrainingParameters {
             steps_per_update: 1,
             learning_starts: 10_000,
             symmetry: Symmetry::Reward,
-            schedule: Schedule::default(),
+            entropy_command_divisor: 0.0,
+            entropy_share_at_zero: 1.0,
             warm_start: None,
             rehearsal: RehearsalParameters::default(),
             metrics_interval_steps: 20_000,
@@ -371,32 +373,35 @@ impl Experiment {
             origin: origin(),
             message: e.to_string(),
         })?;
-        let l = &self.learner;
-        if l.mirror_loss_weight != 0.0 || l.mirrored_fraction != 0.0 {
-            return Err(ConfigError::Value {
-                origin: origin(),
-                message: "`learner.mirror_loss_weight` and `learner.mirrored_fraction` follow from `training.symmetry`; set that instead".to_owned(),
-            });
-        }
-        if l.rehearsal_weight != 0.0 || l.rehearsal_rows != SacConfig::default().rehearsal_rows {
-            return Err(ConfigError::Value {
-                origin: origin(),
-                message: "`learner.rehearsal_weight` and `learner.rehearsal_rows` follow from `training.rehearsal`; set that instead".to_owned(),
-            });
-        }
         let t = &self.training;
         let value_error = |message: String| ConfigError::Value {
             origin: origin(),
             message,
         };
-        t.schedule.validate().map_err(value_error)?;
         t.rehearsal.validate().map_err(value_error)?;
-        let fixed = matches!(self.learner.temperature, Temperature::Fixed { .. });
-        if !t.schedule.alpha.0.is_empty() && !fixed {
-            return Err(value_error(
-                "`training.schedule.alpha` needs `learner.temperature` of the kind \"fixed\""
-                    .to_owned(),
-            ));
+        for (name, value) in [
+            ("entropy_command_divisor", t.entropy_command_divisor),
+            ("entropy_share_at_zero", t.entropy_share_at_zero),
+        ] {
+            LearnerSettings::check(&format!("training.{name}"), name, value).map_err(|source| {
+                ConfigError::Task {
+                    origin: origin(),
+                    source,
+                }
+            })?;
+        }
+        let learned = matches!(self.learner.temperature, Temperature::Auto { .. });
+        let sets_alpha = |phase: &Phase| {
+            let tables = [&phase.learner, &phase.learner_end];
+            tables.iter().any(|table| table.get("alpha").is_some())
+        };
+        if let Some(i) = self.curriculum.phases.iter().position(sets_alpha)
+            && learned
+        {
+            return Err(value_error(format!(
+                "`curriculum.phases[{i}]` sets `alpha` of the learner, which needs `learner.temperature` of the kind \
+                 \"fixed\""
+            )));
         }
         let countable = |steps: u64| (1..=1_000_000_000_000_000).contains(&steps);
         let ranges = [
@@ -451,6 +456,28 @@ impl Experiment {
             }
         }
         Ok(())
+    }
+
+    /// The learner's settings where no phase says otherwise. An entropy that is learned has no fixed α; it counts as 0.
+    pub fn own_learner_settings(&self) -> LearnerSettings {
+        let (l, t) = (&self.learner, &self.training);
+        LearnerSettings {
+            learning_rate: l.learning_rate,
+            alpha: match l.temperature {
+                Temperature::Fixed { alpha } => alpha,
+                Temperature::Auto { .. } => 0.0,
+            },
+            horizon: 1.0 / (1.0 - l.gamma),
+            rehearsal: 0.0,
+            entropy_command_divisor: t.entropy_command_divisor,
+            entropy_share_at_zero: t.entropy_share_at_zero,
+        }
+    }
+
+    /// The learner's settings at environment step `step`.
+    pub fn learner_at(&self, step: u64) -> LearnerSettings {
+        let own = self.own_learner_settings();
+        self.curriculum.learner_at(step, &own)
     }
 
     /// The resolved configuration as TOML, every value written out.
@@ -591,21 +618,66 @@ fn parse_error(origin: &str, message: &str) -> ConfigError {
     }
 }
 
-/// A parser's message of an unknown name, with the nearest known one instead of the list of all, if one is near.
+/// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
+const GONE: [(&str, &str, &str); 16] = [
+    (
+        "schedule",
+        "symmetry",
+        "each phase has its own `learner` table now: `learner = { learning_rate = 5e-4, alpha = 0.1, horizon = 200 }`, and \
+         `learner_end` with the values that they reach linearly",
+    ),
+    ("after_steps", "states", REHEARSAL_OF_PHASES),
+    ("weight", "states", REHEARSAL_OF_PHASES),
+    ("entropy_command_divisor", "omega_e", ENTROPY_OF_TRAINING),
+    ("entropy_share_at_zero", "omega_e", ENTROPY_OF_TRAINING),
+    ("horizon_command_divisor", "", NO_GAIN),
+    ("horizon_share_floor", "", NO_GAIN),
+    ("alive_command_factor", "", NO_GAIN),
+    ("energy_reference_period_s", "", NO_GAIN),
+    ("noise_correlation", "", NO_GAIN),
+    ("actor_every", "", NO_GAIN),
+    ("mirror_loss_weight", "", NO_GAIN),
+    ("loss", "replay", NO_GAIN),
+    (
+        "mirrored_fraction",
+        "",
+        "`training.symmetry = \"replay\"` mirrors half of every batch",
+    ),
+    ("rehearsal_weight", "", REHEARSAL_OF_PHASES),
+    (
+        "rehearsal_rows",
+        "",
+        "`training.rehearsal.rows` says how many pairs an update rehearses",
+    ),
+];
+const NO_GAIN: &str = "it showed no gain and is no more; take it out";
+const REHEARSAL_OF_PHASES: &str =
+    "the phases that rehearse have the weight now: `learner = { rehearsal = 10 }`";
+const ENTROPY_OF_TRAINING: &str =
+    "it is a key of `[training]` now, and in a phase of its `learner` and `learner_end`";
+
+/// A parser's message of an unknown name, with what has become of it or the nearest known name instead of the list of
+/// all, if it is a name of earlier versions or one is near.
 pub fn did_you_mean(message: &str) -> String {
     let near = || {
         let start = message.rfind("unknown ")?;
         let (unknown, listed) = message[start..].split_once(", expected ")?;
         let unknown = unknown.split('`').nth(1)?;
+        let gone = GONE.iter().find(|(name, beside, _)| {
+            *name == unknown && (beside.is_empty() || listed.contains(&format!("`{beside}`")))
+        });
+        let what = &message[..start + message[start..].find(", expected ")?];
+        let rest = listed.rfind('`').map_or("", |last| &listed[last + 1..]);
+        if let Some((_, _, remedy)) = gone {
+            return Some(format!("{what}: {remedy}{rest}"));
+        }
         // Names stand between backticks; what follows the list, the line of a TOML file, does not.
         let known = listed.split('`').skip(1).step_by(2);
         let distance = |name: &str| strsim::osa_distance(unknown, name);
         let contained = |name: &str| unknown.len() > 2 && name.contains(unknown);
         let name = known.min_by_key(|name| (distance(name), !contained(name)))?;
         let likely = distance(name) <= 1 + unknown.len() / 4 || contained(name);
-        let end = start + message[start..].find(", expected ")?;
-        let rest = listed.rfind('`').map_or("", |last| &listed[last + 1..]);
-        likely.then(|| format!("{}; did you mean `{name}`?{rest}", &message[..end]))
+        likely.then(|| format!("{what}; did you mean `{name}`?{rest}"))
     };
     near().unwrap_or_else(|| message.to_owned())
 }

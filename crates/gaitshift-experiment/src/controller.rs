@@ -11,6 +11,7 @@ use gaitshift_task::{
 };
 use safetensors::{Dtype, SafeTensorError, SafeTensors, tensor::TensorView};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -148,14 +149,18 @@ impl Controller {
             .as_ref()
             .and_then(|m| m.get("gaitshift"))
             .ok_or_else(|| error("it is a safetensors file of another program".to_owned()))?;
-        let description: Description = serde_json::from_str(json)
-            .map_err(|e| error(format!("its metadata is damaged: {e}")))?;
-        if description.format != FORMAT {
+        let damaged_metadata =
+            |e: serde_json::Error| error(format!("its metadata is damaged: {e}"));
+        let mut description: Value = serde_json::from_str(json).map_err(damaged_metadata)?;
+        let format = description.get("format").and_then(Value::as_str);
+        if let Some(format) = format.filter(|format| *format != FORMAT) {
             return Err(error(format!(
-                "its format is `{}`, this program reads `{FORMAT}`",
-                description.format
+                "its format is `{format}`, this program reads `{FORMAT}`"
             )));
         }
+        take_out_gone_keys(&mut description).map_err(error)?;
+        let description: Description =
+            serde_json::from_value(description).map_err(damaged_metadata)?;
         let file = SafeTensors::deserialize(bytes).map_err(damaged)?;
         let shape = &description.network;
         let sizes = (shape.inputs, shape.outputs);
@@ -213,6 +218,33 @@ impl Controller {
             provenance: description.provenance,
         })
     }
+}
+
+/// Keys of the reward in controllers of earlier versions: whether one other than 0 would change the reward.
+const GONE: [(&str, bool); 6] = [
+    ("alive_command_factor", true),
+    ("energy_reference_period_s", true),
+    ("entropy_command_divisor", false),
+    ("entropy_share_at_zero", false),
+    ("horizon_command_divisor", false),
+    ("horizon_share_floor", false),
+];
+
+/// Takes out what earlier versions wrote of the reward and this one does not know.
+fn take_out_gone_keys(description: &mut Value) -> Result<(), String> {
+    let reward = description.pointer_mut("/task/reward");
+    let Some(reward) = reward.and_then(Value::as_object_mut) else {
+        return Ok(());
+    };
+    for (key, changes) in GONE {
+        let value = reward.remove(key);
+        if changes && value.is_some_and(|v| v.as_f64() != Some(0.0)) {
+            return Err(format!(
+                "its reward has `{key}`, which this version does not know"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// How many numbers a network of this shape holds; none if they cannot be counted.

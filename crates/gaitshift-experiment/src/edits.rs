@@ -67,9 +67,9 @@ fn values(experiment: &Experiment) -> Result<BTreeMap<String, String>, ConfigErr
     Ok(out)
 }
 
-/// Whether the checkpoint decides a key. `learner_differs`: the learner that follows from the whole configuration is
-/// another one; `rehearsing`: the walk has been remembered.
-pub(crate) fn is_decided(key: &str, learner_differs: bool, rehearsing: bool) -> bool {
+/// Whether the checkpoint decides a key. `mirrored`: batches would be mirrored where they were not, or the other way
+/// round; `rehearsing`: the walk has been remembered.
+pub(crate) fn is_decided(key: &str, mirrored: bool, rehearsing: bool) -> bool {
     let keys = [
         "seed",
         "task.control_period_s",
@@ -77,12 +77,9 @@ pub(crate) fn is_decided(key: &str, learner_differs: bool, rehearsing: bool) -> 
         "training.replay_capacity",
         "training.warm_start.controller",
     ];
-    // What the learner takes from elsewhere than its own table.
-    let shared = ["training.symmetry", "task.reward.omega_s"];
-    let of_rehearsal = key.starts_with("training.rehearsal.");
     (key.starts_with("learner.") && key != "learner.threads")
         || key.starts_with("body.")
         || keys.contains(&key)
-        || (learner_differs && (shared.contains(&key) || of_rehearsal))
-        || (rehearsing && of_rehearsal)
+        || (mirrored && key == "training.symmetry")
+        || (rehearsing && key.starts_with("training.rehearsal."))
 }

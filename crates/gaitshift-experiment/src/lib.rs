@@ -14,7 +14,6 @@ mod rehearsal;
 mod review;
 mod rollout;
 mod run_folder;
-mod schedule;
 mod shipped;
 mod simulation;
 mod stress;
@@ -36,7 +35,6 @@ pub use rehearsal::{RehearsalParameters, best_walk};
 pub use review::Review;
 pub use rollout::{Control, Rollout};
 pub use run_folder::TrainingError;
-pub use schedule::{Course, Schedule};
 pub use simulation::{Simulation, recording_row};
 pub use stress::{Limit, Stress, StressPlan, stress};
 pub use sweep::{

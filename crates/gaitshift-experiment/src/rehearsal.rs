@@ -87,14 +87,10 @@ pub fn best_walk(
     Ok(best)
 }
 
-/// Whether, when and how the walk is rehearsed. *Not in the paper.*
+/// How the walk is rehearsed in the phases whose `learner` table has a weight `rehearsal` for it. *Not in the paper.*
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RehearsalParameters {
-    /// Environment step from which on the best walk of the evaluations so far is rehearsed; 0: never.
-    pub after_steps: u64,
-    /// Weight w of the loss w · mean |μ(s) − a|² in the actor's loss.
-    pub weight: f64,
     /// Remembered pairs in an update.
     pub rows: usize,
     /// Pairs remembered.
@@ -106,8 +102,6 @@ pub struct RehearsalParameters {
 impl Default for RehearsalParameters {
     fn default() -> Self {
         Self {
-            after_steps: 0,
-            weight: 1.0,
             rows: 64,
             states: 50_000,
             omega_v: [-0.05, 0.2],
@@ -116,11 +110,6 @@ impl Default for RehearsalParameters {
 }
 
 impl RehearsalParameters {
-    /// Whether there is any.
-    pub fn enabled(&self) -> bool {
-        self.after_steps > 0
-    }
-
     /// Checks every value; the error is a sentence that names the key.
     pub(crate) fn validate(&self) -> Result<(), String> {
         let error = |key: &str, value: String, accepted: &str| {
@@ -128,9 +117,6 @@ impl RehearsalParameters {
                 "`training.rehearsal.{key}` is {value}, but it must be {accepted}"
             ))
         };
-        if !(self.weight.is_finite() && self.weight > 0.0) {
-            return error("weight", self.weight.to_string(), "greater than 0");
-        }
         if !(1..=65536).contains(&self.rows) {
             return error("rows", self.rows.to_string(), "between 1 and 65536");
         }

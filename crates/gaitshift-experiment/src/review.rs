@@ -23,21 +23,16 @@ impl Review {
     /// A file that cannot be read or used.
     pub fn of(file_or_recipe: &str, experiment: &Experiment) -> Result<Self, ConfigError> {
         let is_file = file_or_recipe.contains(['/', '\\', '.']);
-        let (base, before, own) = if is_file {
+        let (base, before) = if is_file {
             let text = read(Path::new(file_or_recipe))?;
-            let own = toml::from_str(&text).unwrap_or_default();
             match Experiment::base_of(&text, file_or_recipe)? {
-                Some((name, base)) => (Some(name), base, own),
-                None => (None, experiment.clone(), own),
+                Some((name, base)) => (Some(name), base),
+                None => (None, experiment.clone()),
             }
         } else {
-            let recipe = Experiment::recipe(file_or_recipe)?;
-            (None, recipe, toml::Table::new())
+            (None, Experiment::recipe(file_or_recipe)?)
         };
         let mut warnings = experiment.body.warnings();
-        if base.is_some() {
-            warnings.extend(inherited(&own, &before));
-        }
         warnings.extend(unreached(experiment));
         Ok(Self {
             base,
@@ -66,44 +61,6 @@ fn differences(before: &Experiment, after: &Experiment) -> Result<Vec<String>, C
     Ok(differences)
 }
 
-/// What the base fits to phases that the file replaces.
-fn inherited(own: &toml::Table, base: &Experiment) -> Vec<String> {
-    let has = |path: [&str; 2]| {
-        let table = own.get(path[0]).and_then(toml::Value::as_table);
-        table.is_some_and(|table| table.contains_key(path[1]))
-    };
-    if !has(["curriculum", "phases"]) {
-        return Vec::new();
-    }
-    let mut warnings = Vec::new();
-    let schedule = &base.training.schedule;
-    let courses = [
-        ("learning_rate", &schedule.learning_rate),
-        ("alpha", &schedule.alpha),
-        ("horizon", &schedule.horizon),
-    ];
-    let own_schedule = own
-        .get("training")
-        .and_then(|training| training.get("schedule"))
-        .and_then(toml::Value::as_table);
-    for (key, course) in courses {
-        let replaced = own_schedule.is_some_and(|schedule| schedule.contains_key(key));
-        if !course.0.is_empty() && !replaced {
-            warnings.push(format!(
-                "the phases are the file's own, but `training.schedule.{key}` is the base's; its shares of the run were \
-                 chosen for other phases"
-            ));
-        }
-    }
-    if base.training.rehearsal.enabled() && !has(["training", "rehearsal"]) {
-        warnings.push(format!(
-            "the phases are the file's own, but `training.rehearsal.after_steps` is the base's {}",
-            base.training.rehearsal.after_steps
-        ));
-    }
-    warnings
-}
-
 /// Times and commands that the run never comes to.
 fn unreached(e: &Experiment) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -114,11 +71,6 @@ fn unreached(e: &Experiment) -> Vec<String> {
             "training.learning_starts",
             t.learning_starts,
             "nothing is learned",
-        ),
-        (
-            "training.rehearsal.after_steps",
-            t.rehearsal.after_steps,
-            "no walk is rehearsed",
         ),
         (
             "training.evaluation_interval_steps",
@@ -138,6 +90,14 @@ fn unreached(e: &Experiment) -> Vec<String> {
                 "`{key}` is {steps}, but the phases have {total} steps in all: {consequence}"
             ));
         }
+    }
+    let rehearsed = e.curriculum.rehearsal_start();
+    if rehearsed.is_some_and(|start| start < t.evaluation_interval_steps) && t.warm_start.is_none()
+    {
+        warnings.push(
+            "a phase rehearses before the first evaluation: what is rehearsed is then no walk that was judged"
+                .to_owned(),
+        );
     }
     let phases = &e.curriculum.phases;
     let ranges = || {

@@ -131,15 +131,20 @@ impl RunFolder {
         durable::write(&file, config.as_bytes()).map_err(io_error(&file))
     }
 
-    pub fn read_config(&self) -> Result<Experiment, TrainingError> {
-        let file = self.file(CONFIG);
-        if !file.exists() {
-            return Err(TrainingError::other(
-                &self.path,
-                "is not a run's folder: it has no config.toml".to_owned(),
-            ));
+    /// Whether the folder holds a run.
+    pub fn require_config(&self) -> Result<(), TrainingError> {
+        if self.file(CONFIG).exists() {
+            return Ok(());
         }
-        Ok(Experiment::read(&file)?)
+        Err(TrainingError::other(
+            &self.path,
+            "is not a run's folder: it has no config.toml".to_owned(),
+        ))
+    }
+
+    pub fn read_config(&self) -> Result<Experiment, TrainingError> {
+        self.require_config()?;
+        Ok(Experiment::read(&self.file(CONFIG))?)
     }
 
     pub fn write_json(&self, path: &Path, value: &impl Serialize) -> Result<(), TrainingError> {

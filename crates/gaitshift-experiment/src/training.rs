@@ -19,10 +19,10 @@ use crate::run_folder::{LogLengths, RunFolder, TrainingError};
 use collecting::Buffers;
 use counting::{Counters, lap};
 use gaitshift_body::Body;
-use gaitshift_sac::{Agent, Mirror, ReplayBuffer, SacConfig, UpdateStats};
+use gaitshift_sac::{Agent, Mirror, ReplayBuffer, Temperature, UpdateStats};
 use gaitshift_task::{
-    ACTION_MIRROR, ACTION_SIZE, EnvironmentBatch, OBSERVATION_MIRROR, OBSERVATION_SIZE,
-    PhaseSettings,
+    ACTION_MIRROR, ACTION_SIZE, EnvironmentBatch, LearnerSettings, OBSERVATION_MIRROR,
+    OBSERVATION_SIZE, PhaseSettings,
 };
 use serde::Serialize;
 use std::path::Path;
@@ -100,19 +100,9 @@ pub fn task_mirror() -> Mirror {
     }
 }
 
-fn learner_config(experiment: &Experiment) -> SacConfig {
-    let mut config = experiment.learner.clone();
-    match experiment.training.symmetry {
-        Symmetry::None | Symmetry::Reward | Symmetry::Action => {}
-        Symmetry::Loss => config.mirror_loss_weight = experiment.task.reward.omega_s,
-        Symmetry::Replay => config.mirrored_fraction = 0.5,
-    }
-    let rehearsal = &experiment.training.rehearsal;
-    if rehearsal.enabled() {
-        config.rehearsal_weight = rehearsal.weight;
-        config.rehearsal_rows = rehearsal.rows;
-    }
-    config
+/// The mirror by which the learner replaces half of every batch, where the experiment asks for that.
+fn learner_mirror(experiment: &Experiment) -> Option<Mirror> {
+    (experiment.training.symmetry == Symmetry::Replay).then(task_mirror)
 }
 
 impl Training {
@@ -169,10 +159,10 @@ impl Training {
         let body = Body::new(e.body.clone())
             .map_err(|e| TrainingError::other(folder.path(), e.to_string()))?;
         let agent = Agent::new(
-            learner_config(e),
+            e.learner.clone(),
             OBSERVATION_SIZE,
             ACTION_SIZE,
-            Some(task_mirror()),
+            learner_mirror(e),
             e.seed,
         )?;
         let count = e.training.environments;
@@ -238,10 +228,11 @@ impl Training {
         while !self.is_finished() && !observer.stop_requested() {
             let (step, e) = (self.counters.step, &self.experiment);
             let settings = e.curriculum.at(step, &e.task.reward);
-            self.apply_schedule()?;
-            self.begin_rehearsal_if_due(&settings, observer)?;
+            let learner = e.learner_at(step);
+            self.apply(&learner)?;
+            self.begin_rehearsal_if_due(&learner, &settings, observer)?;
 
-            self.collect(&settings, &mut logs.episodes)?;
+            self.collect(&settings, &learner, &mut logs.episodes)?;
             self.learn()?;
 
             let t = &self.experiment.training;
@@ -306,13 +297,12 @@ impl Training {
     /// Remembers the best walk, when its time has come.
     fn begin_rehearsal_if_due(
         &mut self,
+        learner: &LearnerSettings,
         settings: &PhaseSettings,
         observer: &mut dyn Observer,
     ) -> Result<(), TrainingError> {
-        let rehearsal = &self.experiment.training.rehearsal;
-        let c = &mut self.counters;
-        if rehearsal.enabled() && c.step >= rehearsal.after_steps && !c.rehearsal_begun {
-            c.rehearsal_begun = true;
+        if learner.rehearsal > 0.0 && !self.counters.rehearsal_begun {
+            self.counters.rehearsal_begun = true;
             observer.note(&self.begin_rehearsal(settings)?);
         }
         Ok(())
@@ -340,30 +330,41 @@ impl Training {
             ));
         };
         let states = rehearsal.rows();
-        self.agent.rehearse(rehearsal)?;
+        self.agent.rehearse(rehearsal, e.training.rehearsal.rows)?;
         Ok(format!(
             "rehearsing the walk of step {step} from here on: {states} states, command shifted by {shift:+.3}, \
              score {score:.1} of 10"
         ))
     }
 
-    /// Moves the learner's settings to where the schedule has them.
-    fn apply_schedule(&mut self) -> Result<(), TrainingError> {
-        let share = self.counters.step as f64 / self.experiment.curriculum.total_steps() as f64;
-        let warm_start = &self.experiment.training.warm_start;
+    /// Moves the learner to the settings of this step.
+    fn apply(&mut self, settings: &LearnerSettings) -> Result<(), TrainingError> {
+        let e = &self.experiment;
+        let warm_start = &e.training.warm_start;
         let held = warm_start
             .as_ref()
             .is_some_and(|start| self.counters.step < start.critic_steps);
         self.agent.hold_actor(held);
-        let schedule = &self.experiment.training.schedule;
-        if let Some(rate) = schedule.learning_rate.at(share) {
-            self.agent.set_learning_rate(rate)?;
+        // Where no phase has a horizon, γ keeps the bits that it was given.
+        let own = e.own_learner_settings();
+        let gamma = if settings.horizon == own.horizon {
+            e.learner.gamma
+        } else {
+            1.0 - 1.0 / settings.horizon
+        };
+        let fixed = matches!(e.learner.temperature, Temperature::Fixed { .. });
+        let agent = &mut self.agent;
+        if agent.config().learning_rate != settings.learning_rate {
+            agent.set_learning_rate(settings.learning_rate)?;
         }
-        if let Some(alpha) = schedule.alpha.at(share) {
-            self.agent.set_alpha(alpha)?;
+        if agent.config().gamma != gamma {
+            agent.set_gamma(gamma)?;
         }
-        if let Some(horizon) = schedule.horizon.at(share) {
-            self.agent.set_gamma(1.0 - 1.0 / horizon)?;
+        if fixed && agent.alpha() != settings.alpha {
+            agent.set_alpha(settings.alpha)?;
+        }
+        if agent.rehearsal_weight() != settings.rehearsal {
+            agent.set_rehearsal_weight(settings.rehearsal)?;
         }
         Ok(())
     }

@@ -23,6 +23,33 @@ fn the_shipped_controller_says_that_it_is_a_mean_of_three() {
 }
 
 #[test]
+fn controllers_of_earlier_versions_are_read_unless_their_reward_is_another() {
+    // The shipped one has keys that are no more, none of which changes its reward.
+    let bytes = include_bytes!("../controllers/biped.safetensors").to_vec();
+    let path = Path::new("old.safetensors");
+    let altered = |from: &str, to: &str| {
+        let place = bytes.windows(from.len()).position(|w| w == from.as_bytes());
+        let place = place.unwrap_or_else(|| panic!("no {from}"));
+        let mut bytes = bytes.clone();
+        bytes[place..place + to.len()].copy_from_slice(to.as_bytes());
+        Controller::from_bytes(&bytes, path)
+    };
+    altered(
+        "\"entropy_command_divisor\":2.0",
+        "\"entropy_command_divisor\":3.0",
+    )
+    .unwrap();
+    let error = altered(
+        "\"alive_command_factor\":0.0",
+        "\"alive_command_factor\":2.0",
+    )
+    .unwrap_err()
+    .to_string();
+    let words = ["old.safetensors", "alive_command_factor", "version"];
+    assert!(words.iter().all(|word| error.contains(word)), "{error}");
+}
+
+#[test]
 fn a_command_line_loses_the_places_of_the_machine_it_was_given_on() {
     // What went wrong: a controller kept the command line with absolute paths of the machine that trained it.
     let line = |words: &[&str]| portable_command(words.iter().map(OsString::from));

@@ -215,10 +215,10 @@ fn run() -> &'static Path {
         experiment.training.environments = 2;
         experiment.training.replay_capacity = 1000;
         experiment.training.learning_starts = 100;
-        experiment.training.rehearsal.after_steps = 500;
         experiment.training.evaluation_interval_steps = 1_000_000;
-        experiment.curriculum.phases[0].steps = 1000;
-        experiment.curriculum.phases[1].steps = 1_000_000;
+        experiment.curriculum.phases[0].steps = 500;
+        experiment.curriculum.phases[1].steps = 500;
+        experiment.curriculum.phases[2].steps = 1_000_000;
         let folder = root.path().join("run");
         Training::new(experiment, &folder, "test")
             .unwrap()
@@ -355,6 +355,7 @@ fn experiments() {
             let total = experiment.curriculum.total_steps();
             for step in [0, total / 2, total] {
                 experiment.curriculum.at(step, &experiment.task.reward);
+                experiment.learner_at(step);
             }
         }
     });

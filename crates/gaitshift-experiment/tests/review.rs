@@ -57,20 +57,13 @@ fn differences_are_those_from_the_base() {
     assert_eq!(review.differences, ["`seed` from 1 to 3"]);
 }
 
-// Phases of one's own kept the schedules of the recipe they replaced, whose shares were chosen for other phases.
 #[test]
-fn schedules_of_replaced_phases_are_warned_of() {
-    let text = format!("base = \"fast\"\n{PHASE}");
-    warned(&text, &["training.schedule.learning_rate", "the base's"]);
-    warned(&text, &["training.schedule.horizon", "the base's"]);
-    warned(
-        &text,
-        &["training.rehearsal.after_steps", "the base's 2750000"],
-    );
-    let own = format!(
-        "{text}[training.schedule]\nlearning_rate = []\nhorizon = []\n[training.rehearsal]\nafter_steps = 0\n"
-    );
-    assert_eq!(review(&own).warnings, Vec::<String>::new());
+fn phases_of_ones_own_inherit_nothing_to_warn_of() {
+    let text = format!("base = \"fast\"\n[learner]\nthreads = 1\n{PHASE}");
+    assert_eq!(review(&text).warnings, Vec::<String>::new());
+    // What no evaluation has judged is no walk to rehearse.
+    let text = format!("{text}learner = {{ rehearsal = 10.0 }}\n");
+    warned(&text, &["rehearses before the first evaluation"]);
 }
 
 #[test]

@@ -196,11 +196,8 @@ pub fn reward_terms<'py>(
         friction_loss_j,
         positive_work_j,
     };
-    let terms = task.reward.terms(
-        &state(&positions, &velocities)?,
-        &energies,
-        omega_v,
-        task.control_period_s,
-    );
+    let terms = task
+        .reward
+        .terms(&state(&positions, &velocities)?, &energies, omega_v);
     to_python(py, &terms)
 }

@@ -67,12 +67,12 @@ impl Sac {
                 )));
             }
         }
-        let numbers = capacity.saturating_mul(2 * observation_size + action_size + 4);
+        let numbers = capacity.saturating_mul(2 * observation_size + action_size + 3);
         if numbers > NUMBERS_MAX {
             return Err(value_error(format!(
                 "`capacity` is {capacity}, but a transition takes {} bytes here, and 64 GiB is the most; give a \
                  smaller one",
-                4 * (2 * observation_size + action_size + 4)
+                4 * (2 * observation_size + action_size + 3)
             )));
         }
         let config: SacConfig = serde_json::from_value(from_python(settings, "settings")?)
@@ -213,7 +213,6 @@ impl Sac {
                 log_probs: &log_probs,
                 rewards: &rewards,
                 entropy_scales: &ones,
-                horizon_scales: &ones,
                 next_observations: &next_observations,
                 terminated: &terminated,
                 truncated: &truncated,

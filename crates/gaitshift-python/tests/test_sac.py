@@ -61,14 +61,14 @@ def make(**settings):
     return gaitshift.SAC(1, 1, action_low=-3.0, action_high=1.0, **{**SMALL, **settings})
 
 
-@pytest.mark.parametrize("settings", [{}, {"n_step": 3, "noise_correlation": 0.5}, {"temperature": 0.1}])
+@pytest.mark.parametrize("settings", [{}, {"n_step": 3}, {"temperature": 0.1}])
 def test_the_same_seed_gives_the_same_numbers_for_any_number_of_threads(settings):
     one = learned(make(seed=4, **settings))
     np.testing.assert_array_equal(one, learned(make(seed=4, threads=3, **settings)))
     assert (one != learned(make(seed=5, **settings))).any()
 
 
-@pytest.mark.parametrize("settings", [{}, {"n_step": 3, "noise_correlation": 0.5}])
+@pytest.mark.parametrize("settings", [{}, {"n_step": 3}])
 def test_saved_and_loaded_it_goes_on_to_the_same_bits(tmp_path, settings):
     through, stopped = make(seed=2, **settings), make(seed=2, **settings)
     for learner in (through, stopped):
@@ -124,7 +124,7 @@ def test_bad_settings_are_named():
         ({"seed": -1}, "`seed` is -1"),
         ({"action_low": 1.0}, "low below high"),
         ({"action_low": [0.0, 0.0]}, "1 of them"),
-        ({"mirror_loss_weight": 1.0}, "mirror"),
+        ({"mirror_loss_weight": 1.0}, "no more"),
     ]:
         with pytest.raises(ValueError, match=words):
             gaitshift.SAC(1, 1, **settings)

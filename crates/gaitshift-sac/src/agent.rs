@@ -3,12 +3,12 @@
 use gaitshift_nn::{Trained, Workers};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::config::{SacConfig, Temperature, require};
+use crate::config::{SIZE_MAX, SacConfig, Temperature, require};
 use crate::error::SacError;
 use crate::learner::{Learner, Noise, UpdateStats};
 use crate::mirror::Mirror;
 use crate::policy::{Policy, PolicyScratch};
-use crate::random::{correlated_normal, fill_normal, streams};
+use crate::random::{fill_normal, streams};
 use crate::rehearsal::{Rehearsal, Rehearsed};
 use crate::replay::{Batch, ReplayBuffer, Sampling, length};
 
@@ -32,8 +32,8 @@ pub(crate) struct Streams {
 pub struct Agent {
     pub(crate) learner: Learner<f32>,
     pub(crate) streams: Streams,
-    /// Noise of the last actions taken, which that of the next ones may be correlated with.
-    pub(crate) acting_noise: Vec<f32>,
+    /// Noise of the actions taken.
+    acting_noise: Vec<f32>,
     /// What the actor goes on to imitate.
     pub(crate) rehearsal: Option<Rehearsal>,
     slots: Vec<usize>,
@@ -42,10 +42,11 @@ pub struct Agent {
 }
 
 impl Agent {
-    /// A new agent for observations and actions of the given sizes; actions lie in \[−1, 1\].
+    /// A new agent for observations and actions of the given sizes; actions lie in \[−1, 1\]. With a mirror, half of
+    /// every batch is replaced by its mirror image.
     ///
     /// # Errors
-    /// When a setting is outside its range or needs a mirror that is not given.
+    /// When a setting is outside its range, or the mirror is none of these sizes.
     pub fn new(
         config: SacConfig,
         observation_size: usize,
@@ -91,7 +92,7 @@ impl Agent {
         self.learner.action_size
     }
 
-    /// The task's mirror.
+    /// The mirror by which half of every batch is replaced, if any.
     pub fn mirror(&self) -> Option<&Mirror> {
         self.learner.mirror.as_deref()
     }
@@ -178,12 +179,12 @@ impl Agent {
         self.learner.actor_held = held;
     }
 
-    /// From now on every actor update also imitates pairs drawn from `rehearsal`, with the weight
-    /// `rehearsal_weight`; half of them mirrored where batches are mirrored.
+    /// From now on every actor update also imitates `rows` pairs drawn from `rehearsal`, with the weight that
+    /// [`Agent::set_rehearsal_weight`] sets; half of them mirrored where batches are mirrored.
     ///
     /// # Errors
-    /// When its sizes are others, or the weight is 0 and so nothing would be rehearsed.
-    pub fn rehearse(&mut self, rehearsal: Rehearsal) -> Result<(), SacError> {
+    /// When its sizes are others, or the rows not from 1 to 65536.
+    pub fn rehearse(&mut self, rehearsal: Rehearsal, rows: usize) -> Result<(), SacError> {
         let [observation_size, action_size] = rehearsal.sizes();
         length(
             "a rehearsal observation",
@@ -191,18 +192,33 @@ impl Agent {
             self.learner.observation_size,
         )?;
         length("a rehearsal action", action_size, self.learner.action_size)?;
-        let config = &self.learner.config;
-        let weight = config.rehearsal_weight;
         require(
-            weight > 0.0,
-            "rehearsal_weight",
-            &weight,
-            "above 0 to rehearse",
+            (1..=SIZE_MAX).contains(&rows),
+            "rehearsal rows",
+            &rows,
+            "from 1 to 65536",
         )?;
-        self.learner.rehearsed =
-            Rehearsed::zeros(config.rehearsal_rows, observation_size, action_size);
+        let rehearsed = Rehearsed::zeros(rows, observation_size, action_size);
+        self.learner.set_rehearsed(rehearsed);
         self.rehearsal = Some(rehearsal);
         Ok(())
+    }
+
+    /// Sets the weight w of the rehearsal loss w · mean |μ(s) − a|² in the actor's loss; with 0, as at first, nothing is
+    /// rehearsed.
+    ///
+    /// # Errors
+    /// When it is negative or not finite.
+    pub fn set_rehearsal_weight(&mut self, weight: f64) -> Result<(), SacError> {
+        let valid = weight.is_finite() && weight >= 0.0;
+        require(valid, "rehearsal weight", &weight, "at least 0")?;
+        self.learner.rehearsal_weight = weight;
+        Ok(())
+    }
+
+    /// The weight of the rehearsal loss.
+    pub fn rehearsal_weight(&self) -> f64 {
+        self.learner.rehearsal_weight
     }
 
     /// What is rehearsed, if anything.
@@ -224,8 +240,7 @@ impl Agent {
     }
 
     /// Random actions (rows × action size) and their ln π (rows) for observations (rows × observation
-    /// size), with the agent's own noise. Row by row it follows on that of the call before, as
-    /// `noise_correlation` says, so a row should always be the same environment.
+    /// size), with the agent's own noise.
     ///
     /// # Errors
     /// When the lengths do not match.
@@ -236,14 +251,9 @@ impl Agent {
         log_probs: &mut [f32],
     ) -> Result<(), SacError> {
         let network = &self.learner.actor.network;
-        let config = &self.learner.config;
-        let (rng, noise) = (&mut self.streams.acting, &mut self.acting_noise);
-        if noise.len() == actions.len() {
-            correlated_normal(rng, config.noise_correlation, noise);
-        } else {
-            noise.resize(actions.len(), 0.0);
-            fill_normal(rng, noise);
-        }
+        let noise = &mut self.acting_noise;
+        noise.resize(actions.len(), 0.0);
+        fill_normal(&mut self.streams.acting, noise);
         self.scratch
             .sample(network, observations, noise, actions, log_probs)
     }
@@ -288,23 +298,24 @@ impl Agent {
         )?;
         let config = &self.learner.config;
         let mirror = self.learner.mirror.clone();
-        let mirrored = (config.mirrored_fraction * config.batch_size as f64).round() as usize;
+        let half = config.batch_size.div_ceil(2);
         let sampling = Sampling {
             n_step: config.n_step,
             gamma: config.gamma,
             alpha: self.learner.temperature.alpha,
-            mirrored: mirror.as_deref().map(|mirror| (mirror, mirrored)),
+            mirrored: mirror.as_deref().map(|mirror| (mirror, half)),
         };
         replay.draw(&mut self.streams.sampling, &mut self.slots)?;
         for noise in &mut self.noise {
             fill_normal(&mut self.streams.noise, noise);
         }
-        if let Some(rehearsal) = &self.rehearsal {
-            let mirror = mirror.as_deref().filter(|_| mirrored > 0);
-            let half = self.learner.config.rehearsal_rows / 2;
+        if let Some(rehearsal) = &self.rehearsal
+            && self.learner.rehearsal_weight > 0.0
+        {
+            let half = self.learner.rehearsed_rows() / 2;
             rehearsal.draw(
                 &mut self.streams.sampling,
-                mirror.map(|mirror| (mirror, half)),
+                mirror.as_deref().map(|mirror| (mirror, half)),
                 &mut self.learner.rehearsed,
             );
         }

@@ -26,12 +26,11 @@ const AGENT: &str = "agent checkpoint";
 const REPLAY: &str = "replay buffer file";
 const AGENT_KEY: &str = "gaitshift-sac-agent";
 const REPLAY_KEY: &str = "gaitshift-sac-replay";
-const ACTING_NOISE: &str = "acting_noise";
 const REHEARSAL: [&str; 2] = ["rehearsal.observations", "rehearsal.actions"];
 /// More updates than any run makes: counting on from there does not overflow.
 const MOST_UPDATES: u64 = 1 << 62;
 /// Version of both formats.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -47,12 +46,11 @@ struct AgentHeader {
     critic_steps: [u64; 2],
     stats: UpdateStats,
     streams: Streams,
-    /// Length of the noise of the last actions taken.
-    #[serde(default)]
-    acting_noise: usize,
     /// Remembered pairs; 0 if none are rehearsed.
-    #[serde(default)]
     rehearsal: usize,
+    /// Of them in an update.
+    rehearsal_rows: usize,
+    rehearsal_weight: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -362,14 +360,6 @@ impl Agent {
         if let Some(average) = &learner.average {
             lazy_tensors(average, "average", &average.parameters, &mut tensors);
         }
-        tensors.push((
-            ACTING_NOISE.to_owned(),
-            Lazy {
-                dtype: Dtype::F32,
-                shape: vec![self.acting_noise.len()],
-                bytes: Box::new(|| to_bytes(self.acting_noise.iter().copied())),
-            },
-        ));
         if let Some(rehearsal) = &self.rehearsal {
             for ((name, size), values) in REHEARSAL
                 .into_iter()
@@ -398,8 +388,9 @@ impl Agent {
             critic_steps: [critic_1.steps, critic_2.steps],
             stats: learner.stats,
             streams: self.streams.clone(),
-            acting_noise: self.acting_noise.len(),
             rehearsal: self.rehearsal.as_ref().map_or(0, Rehearsal::rows),
+            rehearsal_rows: learner.rehearsed_rows(),
+            rehearsal_weight: learner.rehearsal_weight,
         };
         write(path, AGENT, AGENT_KEY, &header, tensors)
     }
@@ -459,19 +450,18 @@ impl Agent {
         [learner.critics[0].steps, learner.critics[1].steps] = header.critic_steps;
         learner.stats = header.stats;
         agent.streams = header.streams;
-        if header.acting_noise > 0 {
-            let noise = reader.floats(ACTING_NOISE, &[header.acting_noise])?;
-            agent.acting_noise = noise.collect();
-        }
         if header.rehearsal > 0 {
             let read = |index: usize| {
                 let shape = [header.rehearsal, sizes[index]];
                 Ok::<Vec<f32>, SacError>(reader.floats(REHEARSAL[index], &shape)?.collect())
             };
             Rehearsal::new(sizes[0], sizes[1], read(0)?, read(1)?)
-                .and_then(|rehearsal| agent.rehearse(rehearsal))
+                .and_then(|rehearsal| agent.rehearse(rehearsal, header.rehearsal_rows))
                 .map_err(|error| reader.reject(error.to_string()))?;
         }
+        agent
+            .set_rehearsal_weight(header.rehearsal_weight)
+            .map_err(|error| reader.reject(error.to_string()))?;
         Ok(agent)
     }
 }

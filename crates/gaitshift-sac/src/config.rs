@@ -54,22 +54,8 @@ pub struct SacConfig {
     pub n_step: usize,
     /// Weight of the entropy.
     pub temperature: Temperature,
-    /// The actor (and the temperature) learns in every `actor_every`-th update.
-    pub actor_every: u32,
-    /// Weight w of the mirror loss w · mean |μ(s) − Ψa(μ(Ψo(s)))|² in the actor's loss; 0 for none.
-    pub mirror_loss_weight: f64,
-    /// Share of each batch that is replaced by its mirror image, in \[0, 1\]; 0 for none.
-    pub mirrored_fraction: f64,
-    /// Weight w of the rehearsal loss w · mean |μ(s) − a|² over remembered pairs, once
-    /// [`crate::Agent::rehearse`] gave them, in the actor's loss; 0 for none.
-    pub rehearsal_weight: f64,
-    /// Remembered pairs in an update.
-    pub rehearsal_rows: usize,
     /// Decay per actor update of the averaged actor (0.999 averages over about a thousand); 0 for none.
     pub actor_average_decay: f64,
-    /// Correlation of the noise of the actions taken with that of the step before, in \[0, 1). White noise (0)
-    /// at a short control period averages out before a body with inertia has moved.
-    pub noise_correlation: f64,
     /// Greatest norm of the gradient of each network; none by default.
     pub max_grad_norm: Option<f64>,
     /// Threads of an update, the calling one included; changes the speed and never the result.
@@ -89,13 +75,7 @@ impl Default for SacConfig {
             batch_size: 256,
             n_step: 1,
             temperature: Temperature::Fixed { alpha: 0.2 },
-            actor_every: 1,
-            mirror_loss_weight: 0.0,
-            mirrored_fraction: 0.0,
-            rehearsal_weight: 0.0,
-            rehearsal_rows: 64,
             actor_average_decay: 0.0,
-            noise_correlation: 0.0,
             max_grad_norm: None,
             threads: 1,
         }
@@ -198,44 +178,11 @@ impl SacConfig {
                 )?;
             }
         }
-        require(
-            self.actor_every >= 1,
-            "actor_every",
-            &self.actor_every,
-            "at least 1",
-        )?;
-        for (key, weight) in [
-            ("mirror_loss_weight", self.mirror_loss_weight),
-            ("rehearsal_weight", self.rehearsal_weight),
-        ] {
-            let valid = weight.is_finite() && weight >= 0.0;
-            require(valid, key, &weight, "at least 0")?;
-        }
-        require(
-            (1..=SIZE_MAX).contains(&self.rehearsal_rows),
-            "rehearsal_rows",
-            &self.rehearsal_rows,
-            "from 1 to 65536",
-        )?;
-        let fraction = self.mirrored_fraction;
-        require(
-            (0.0..=1.0).contains(&fraction),
-            "mirrored_fraction",
-            &fraction,
-            "from 0 to 1",
-        )?;
         let decay = self.actor_average_decay;
         require(
             (0.0..1.0).contains(&decay),
             "actor_average_decay",
             &decay,
-            "at least 0 and below 1",
-        )?;
-        let correlation = self.noise_correlation;
-        require(
-            (0.0..1.0).contains(&correlation),
-            "noise_correlation",
-            &correlation,
             "at least 0 and below 1",
         )?;
         if let Some(norm) = self.max_grad_norm {

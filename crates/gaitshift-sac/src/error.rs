@@ -26,14 +26,6 @@ pub enum SacError {
         /// Why.
         cause: String,
     },
-    /// A setting that needs the task's mirror, and none was given.
-    #[error(
-        "learner setting `{key}` needs the task's mirror, but none was given: give one or set it to 0"
-    )]
-    NoMirror {
-        /// Name of the setting.
-        key: &'static str,
-    },
     /// Data of the wrong length.
     #[error("`{what}` has {found} numbers, but {expected} are needed")]
     Length {

@@ -37,8 +37,6 @@ pub struct UpdateStats {
     pub mean_q: f64,
     /// mean (α c ln π − min Q), of the last update in which the actor learned, as all below.
     pub actor_loss: f64,
-    /// mean |μ(s) − Ψa(μ(Ψo(s)))|², unweighted; 0 when no mirror loss is asked for.
-    pub mirror_loss: f64,
     /// mean |μ(s) − a|² over the rehearsed pairs, unweighted; 0 when none are rehearsed.
     #[serde(default)]
     pub rehearsal_loss: f64,
@@ -95,8 +93,10 @@ pub struct Learner<T> {
     pub(crate) actor_held: bool,
     /// The actor moved since its copies for the backward pass were made.
     pub(crate) actor_stale: bool,
-    /// Pairs that the next update rehearses, at most `rehearsal_rows`; [`crate::Agent`] draws them.
+    /// Pairs that the next update rehearses; [`crate::Agent`] draws them.
     pub rehearsed: Rehearsed<T>,
+    /// Weight w of the rehearsal loss w · mean |μ(s) − a|² over them; 0 for none.
+    pub rehearsal_weight: f64,
     pub(crate) optimiser: Optimiser,
     pub(crate) workers: Workers,
 }
@@ -105,7 +105,7 @@ impl<T: Scalar> Learner<T> {
     /// A learner with the given networks; targets and average start as copies.
     ///
     /// # Errors
-    /// When a setting is outside its range, or needs a mirror and none is given, or the mirror is none.
+    /// When a setting is outside its range, or the mirror is none of these sizes.
     pub fn new(
         config: SacConfig,
         observation_size: usize,
@@ -116,19 +116,8 @@ impl<T: Scalar> Learner<T> {
         config.validate()?;
         let sizes = [observation_size, action_size];
         check_sizes(sizes)?;
-        match &mirror {
-            Some(mirror) => mirror.validate(observation_size, action_size)?,
-            None if config.mirror_loss_weight > 0.0 => {
-                return Err(SacError::NoMirror {
-                    key: "mirror_loss_weight",
-                });
-            }
-            None if config.mirrored_fraction > 0.0 => {
-                return Err(SacError::NoMirror {
-                    key: "mirrored_fraction",
-                });
-            }
-            None => {}
+        if let Some(mirror) = &mirror {
+            mirror.validate(observation_size, action_size)?;
         }
         let actor = Mlp::random(actor_shape(&config, sizes), rng);
         let critics = [0, 1].map(|_| Trained::new(Mlp::random(critic_shape(&config, sizes), rng)));
@@ -146,25 +135,19 @@ impl<T: Scalar> Learner<T> {
             second_moment: 0.0,
             steps: 0,
         };
-        let rehearsal_rows = if config.rehearsal_weight > 0.0 {
-            config.rehearsal_rows
-        } else {
-            0
-        };
         let chunks = config.batch_size.div_ceil(CHUNK);
         let parts =
             |count: usize, network: &Mlp<T>| (0..count).map(|_| Part::new(network)).collect();
         let critic_parts = parts(2 * chunks, &critics[0].network);
-        let actor_parts = parts(chunks + rehearsal_rows.div_ceil(CHUNK), &actor.network);
+        let actor_parts = parts(chunks, &actor.network);
         let examples = (0..chunks)
             .map(|chunk| {
                 let rows = rows_of(chunk, config.batch_size).len();
                 Examples::new(rows, observation_size, action_size)
             })
             .collect();
-        let mirrored = config.mirror_loss_weight > 0.0;
         let actor_losses = (0..chunks)
-            .map(|_| ActorLoss::new(&actor.network, mirrored))
+            .map(|_| ActorLoss::new(&actor.network))
             .collect();
         let workers = Workers::new(config.threads);
         let scratches = scratches(&workers, &actor.network, &critics[0].network);
@@ -181,6 +164,7 @@ impl<T: Scalar> Learner<T> {
             updates: 0,
             stats: UpdateStats::default(),
             rehearsed: Rehearsed::default(),
+            rehearsal_weight: 0.0,
             examples,
             actor_losses,
             critic_parts,
@@ -223,6 +207,20 @@ impl<T: Scalar> Learner<T> {
         let (actor, critic) = (&self.actor.network, &self.critics[0].network);
         self.scratches = scratches(&self.workers, actor, critic);
         Ok(())
+    }
+
+    /// Takes the memory of the pairs that updates rehearse, and sets aside what their gradients need.
+    pub fn set_rehearsed(&mut self, rehearsed: Rehearsed<T>) {
+        let chunks =
+            self.examples.len() + (rehearsed.actions.len() / self.action_size).div_ceil(CHUNK);
+        let network = &self.actor.network;
+        self.actor_parts.resize_with(chunks, || Part::new(network));
+        self.rehearsed = rehearsed;
+    }
+
+    /// Pairs that an update rehearses.
+    pub(crate) fn rehearsed_rows(&self) -> usize {
+        self.rehearsed.actions.len() / self.action_size
     }
 
     /// Updates made.

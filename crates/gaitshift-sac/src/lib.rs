@@ -9,8 +9,7 @@
 //!    rewards, Γ = γⁿ, or 0 after termination (a time limit is truncation and bootstraps); c is a factor that the task
 //!    may give each transition, so that reward and entropy can be scaled together;
 //! 2. critics: one Adam step down mean (Q − y)² / 2 each; their targets follow by the share τ;
-//! 3. actor: one Adam step down mean(α c ln π(a|s) − min(Q₁, Q₂)(s, a)), a reparameterised, plus the mirror loss
-//!    w mean |μ(s) − Ψa(μ(Ψo(s)))|² where asked for, the differentiable form of f_sym, (7) of the paper;
+//! 3. actor: one Adam step down mean(α c ln π(a|s) − min(Q₁, Q₂)(s, a)), a reparameterised;
 //! 4. temperature, where learned: one Adam step down −ln α mean(ln π + target entropy).
 //!
 //! Where to look: [`Agent`] acts, learns, is saved and resumed; [`ReplayBuffer`] keeps experience; [`Policy`] is the
@@ -35,7 +34,6 @@
 //!         log_probs: &log_prob,
 //!         rewards: &[-(action[0] - observation[0]).powi(2)],
 //!         entropy_scales: &[1.0],
-//!         horizon_scales: &[1.0],
 //!         next_observations: &[(step as f32 + 1.0).sin()],
 //!         terminated: &[false],
 //!         truncated: &[step % 20 == 19],

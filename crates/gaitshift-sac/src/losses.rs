@@ -6,10 +6,9 @@
 use std::cmp::Ordering;
 use std::ops::Range;
 
-use gaitshift_nn::{Activations, Buffer, Deltas, Mlp, MlpShape, Scalar, Trained, Workers};
+use gaitshift_nn::{Activations, Buffer, Deltas, Mlp, Scalar, Trained, Workers};
 
 use crate::gaussian;
-use crate::mirror::{Mirror, reflect};
 use crate::rehearsal::{Rehearsed, imitate};
 use crate::replay::Batch;
 
@@ -36,8 +35,6 @@ impl<T: Scalar> Examples<T> {
 #[derive(Debug)]
 pub(crate) struct ActorLoss<T> {
     pub actor: Activations<T>,
-    /// Observations and, where the mirror loss needs them, their mirror images below.
-    pub input: Vec<T>,
     pub d_actor: Vec<T>,
     pub sums: Sums,
 }
@@ -70,7 +67,6 @@ pub(crate) struct Sums {
     pub critic_loss: [f64; 2],
     pub q: f64,
     pub actor_loss: f64,
-    pub mirror_loss: f64,
     pub rehearsal_loss: f64,
     pub log_prob: f64,
 }
@@ -84,7 +80,6 @@ impl Sums {
             total.critic_loss[1] += sums.critic_loss[1];
             total.q += sums.q;
             total.actor_loss += sums.actor_loss;
-            total.mirror_loss += sums.mirror_loss;
             total.rehearsal_loss += sums.rehearsal_loss;
             total.log_prob += sums.log_prob;
         }
@@ -127,16 +122,10 @@ pub(crate) fn scratches<T: Scalar>(
 }
 
 impl<T: Scalar> ActorLoss<T> {
-    pub fn new(actor: &Mlp<T>, mirrored: bool) -> Self {
-        let MlpShape {
-            inputs, outputs, ..
-        } = *actor.shape();
-        let rows = if mirrored { 2 * CHUNK } else { CHUNK };
-        let zeros = |count: usize| vec![T::ZERO; count];
+    pub fn new(actor: &Mlp<T>) -> Self {
         Self {
-            actor: actor.activations(rows),
-            input: zeros(if mirrored { rows * inputs } else { 0 }),
-            d_actor: zeros(rows * outputs),
+            actor: actor.activations(CHUNK),
+            d_actor: vec![T::ZERO; CHUNK * actor.shape().outputs],
             sums: Sums::default(),
         }
     }
@@ -149,8 +138,7 @@ impl<T: Scalar> Scratch<T> {
         let zeros = |count: usize| vec![T::ZERO; count];
         Self {
             actor: actor.activations(CHUNK),
-            // The actor's backward pass may have as many mirror images behind its rows.
-            actor_deltas: actor.deltas(2 * CHUNK),
+            actor_deltas: actor.deltas(CHUNK),
             critics: [critic.activations(CHUNK), critic.activations(CHUNK)],
             critic_deltas: critic.deltas(CHUNK),
             critic_input: zeros(CHUNK * width),
@@ -253,14 +241,13 @@ impl<T: Scalar> Scratch<T> {
         result.sums = sums;
     }
 
-    /// Loss α c ln π(a|s) − min Q(s, a) with a drawn anew, mirror loss, and the derivative in the
+    /// Loss α c ln π(a|s) − min Q(s, a) with a drawn anew, and the derivative in the
     /// actor's outputs.
     #[allow(clippy::too_many_arguments)]
     pub fn actor_loss(
         &mut self,
         actor: &Mlp<T>,
         critics: &[Trained<T>; 2],
-        mirror: Option<(&Mirror, T)>,
         batch: &Batch<T>,
         noise: &[T],
         alpha: T,
@@ -273,21 +260,7 @@ impl<T: Scalar> Scratch<T> {
         let width = observation_size + action_size;
         let outputs = 2 * action_size;
 
-        match mirror {
-            None => actor.forward(rows, observations, observation_size, &mut result.actor),
-            Some((mirror, _)) => {
-                let (plain, image) = result.input.split_at_mut(rows * observation_size);
-                plain.copy_from_slice(observations);
-                for (from, to) in observations
-                    .chunks_exact(observation_size)
-                    .zip(image.chunks_exact_mut(observation_size))
-                {
-                    reflect(&mirror.observation, from, to);
-                }
-                let input = &result.input;
-                actor.forward(2 * rows, input, observation_size, &mut result.actor);
-            }
-        }
+        actor.forward(rows, observations, observation_size, &mut result.actor);
         let out = &result.actor.out[..rows * outputs];
         gaussian::sample(
             action_size,
@@ -344,15 +317,6 @@ impl<T: Scalar> Scratch<T> {
             &self.d_action,
             &mut result.d_actor[..rows * outputs],
         );
-        if let Some((mirror, weight)) = mirror {
-            sums.mirror_loss = mirror_back(
-                &mirror.action,
-                &result.actor.out[..2 * rows * outputs],
-                weight * per_row,
-                &mut result.d_actor[..2 * rows * outputs],
-            )
-            .to_f64();
-        }
         result.sums = sums;
     }
 
@@ -360,21 +324,15 @@ impl<T: Scalar> Scratch<T> {
     pub fn actor_back(
         &mut self,
         actor: &Trained<T>,
-        mirrored: bool,
         batch: &Batch<T>,
         loss: &ActorLoss<T>,
         result: &mut Part<T>,
     ) {
         let (rows, observations) = (batch.rows(), &batch.observations);
-        let (inputs, input) = if mirrored {
-            (2 * rows, &loss.input)
-        } else {
-            (rows, observations)
-        };
         actor.network.backward(
             &actor.transposed,
-            inputs,
-            input,
+            rows,
+            observations,
             observations.len() / rows,
             &loss.actor,
             &loss.d_actor,
@@ -433,32 +391,6 @@ fn smaller<T: Scalar>(a: T, b: T) -> T {
         Some(_) => a,
         None => a + b,
     }
-}
-
-/// Adds the derivative of weight · Σ |μ(s) − Ψa(μ(Ψo(s)))|² to `d_out` and returns the unweighted sum. The first
-/// half of the rows belongs to the observations, the second to their mirror images.
-fn mirror_back<T: Scalar>(map: &[(usize, f32)], out: &[T], weight: T, d_out: &mut [T]) -> T {
-    let size = map.len();
-    let rows = out.len() / (4 * size);
-    let (out, image) = out.split_at(rows * 2 * size);
-    let (d_out, d_image) = d_out.split_at_mut(rows * 2 * size);
-    d_image.fill(T::ZERO);
-    let two = T::from_f64(2.0);
-    let mut sum = T::ZERO;
-    for row in 0..rows {
-        let start = row * 2 * size;
-        for (action, &(source, sign)) in map.iter().enumerate() {
-            let sign = T::from_f64(f64::from(sign));
-            let mean = out[start + action].tanh();
-            let image_mean = image[start + source].tanh();
-            let difference = mean - sign * image_mean;
-            sum += difference * difference;
-            let d_mean = two * weight * difference;
-            d_out[start + action] += d_mean * (T::ONE - mean * mean);
-            d_image[start + source] -= d_mean * sign * (T::ONE - image_mean * image_mean);
-        }
-    }
-    sum
 }
 
 /// Rows of observation and action side by side.

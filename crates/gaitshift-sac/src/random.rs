@@ -27,16 +27,3 @@ pub fn fill_normal(rng: &mut impl Rng, values: &mut [f32]) {
         *value = StandardNormal.sample(rng);
     }
 }
-
-/// Moves standard normal numbers on by one step of a first-order autoregression, which keeps them standard
-/// normal and correlates them with what they were; 0 draws them anew.
-pub fn correlated_normal(rng: &mut impl Rng, correlation: f64, values: &mut [f32]) {
-    let (kept, fresh) = (
-        correlation as f32,
-        (1.0 - correlation * correlation).sqrt() as f32,
-    );
-    for value in values {
-        let drawn: f32 = StandardNormal.sample(rng);
-        *value = kept * *value + fresh * drawn;
-    }
-}

@@ -15,11 +15,10 @@ use crate::mirror::{Mirror, reflect};
 use crate::random::below;
 
 /// Numbers of a transition besides observations and action.
-const EXTRAS: usize = 4;
+const EXTRAS: usize = 3;
 const LOG_PROB: usize = 0;
 const REWARD: usize = 1;
 const ENTROPY_SCALE: usize = 2;
-const HORIZON_SCALE: usize = 3;
 
 /// Flags of a slot.
 const TERMINATED: u8 = 1;
@@ -40,9 +39,6 @@ pub struct Transitions<'a> {
     /// Factor on α for each transition; a task that scales its reward for one command scales the entropy
     /// alike. 1 otherwise.
     pub entropy_scales: &'a [f32],
-    /// Factor, above 0, on the horizon 1 / (1 - γ) for each transition: how far ahead its state looks. 1
-    /// otherwise.
-    pub horizon_scales: &'a [f32],
     /// Environments × observation size: where the action led, before any reset.
     pub next_observations: &'a [f32],
     /// The task ended: nothing follows.
@@ -59,7 +55,7 @@ pub struct Transitions<'a> {
 pub struct Sampling<'a> {
     /// Greatest number of rewards summed, at least 1.
     pub n_step: usize,
-    /// Discount γ per step, where the transition does not scale the horizon.
+    /// Discount γ per step.
     pub gamma: f64,
     /// Weight of the entropy of the steps within a window.
     pub alpha: f64,
@@ -74,7 +70,7 @@ pub struct Batch<T> {
     pub observations: Vec<T>,
     /// Rows × action size.
     pub actions: Vec<T>,
-    /// Reward sums R = Σ γ^k r_k − α Σ_{k≥1} γ^k c_k ln π_k (γ^k: the product of the steps' discounts).
+    /// Reward sums R = Σ γ^k r_k − α Σ_{k≥1} γ^k c_k ln π_k.
     pub rewards: Vec<T>,
     /// Factor on the value of the next observation: γ^steps, or 0 after termination.
     pub discounts: Vec<T>,
@@ -254,7 +250,7 @@ impl ReplayBuffer {
     }
 
     /// Name, offset in a slot and size of each part of a transition.
-    pub(crate) fn columns(&self) -> [(&'static str, usize, usize); 7] {
+    pub(crate) fn columns(&self) -> [(&'static str, usize, usize); 6] {
         let (observation, action) = (self.observation_size, self.action_size);
         let extras = self.width() - EXTRAS;
         [
@@ -264,7 +260,6 @@ impl ReplayBuffer {
             ("log_probs", extras + LOG_PROB, 1),
             ("rewards", extras + REWARD, 1),
             ("entropy_scales", extras + ENTROPY_SCALE, 1),
-            ("horizon_scales", extras + HORIZON_SCALE, 1),
         ]
     }
 
@@ -296,7 +291,6 @@ impl ReplayBuffer {
             ("log_probs", step.log_probs, 1),
             ("rewards", step.rewards, 1),
             ("entropy_scales", step.entropy_scales, 1),
-            ("horizon_scales", step.horizon_scales, 1),
             (
                 "next_observations",
                 step.next_observations,
@@ -321,14 +315,6 @@ impl ReplayBuffer {
                     });
                 }
             }
-        }
-        for (&scale, &valid) in step.horizon_scales.iter().zip(step.valid) {
-            require(
-                !valid || scale > 0.0,
-                "horizon_scales",
-                &scale,
-                "greater than 0",
-            )?;
         }
 
         let width = self.width();
@@ -355,7 +341,6 @@ impl ReplayBuffer {
             extras[LOG_PROB] = step.log_probs[environment];
             extras[REWARD] = step.rewards[environment];
             extras[ENTROPY_SCALE] = step.entropy_scales[environment];
-            extras[HORIZON_SCALE] = step.horizon_scales[environment];
             self.flags[slot] = TERMINATED * u8::from(step.terminated[environment])
                 + TRUNCATED * u8::from(step.truncated[environment])
                 + INVALID * u8::from(!step.valid[environment]);
@@ -491,7 +476,7 @@ impl ReplayBuffer {
                     sampling.alpha * f64::from(extras[ENTROPY_SCALE]) * f64::from(extras[LOG_PROB]);
             }
             sum += discount * reward;
-            discount *= scaled_gamma(sampling.gamma, extras[HORIZON_SCALE]);
+            discount *= sampling.gamma;
             steps += 1;
             let flags = self.flags[slot];
             let time = slot / self.environments;
@@ -513,15 +498,6 @@ impl ReplayBuffer {
             &last[observation_size + action_size..][..observation_size],
             next_observations,
         );
-    }
-}
-
-/// The discount whose horizon is that of `gamma` times `scale`.
-fn scaled_gamma(gamma: f64, scale: f32) -> f64 {
-    if scale == 1.0 {
-        gamma
-    } else {
-        (1.0 - (1.0 - gamma) / f64::from(scale)).max(0.0)
     }
 }
 

@@ -57,8 +57,7 @@ impl<T: Scalar> Learner<T> {
 
         self.critic_losses(fill, noise.next);
         self.step_critics();
-        let every = u64::from(self.config.actor_every);
-        if self.updates.is_multiple_of(every) && !self.actor_held {
+        if !self.actor_held {
             self.actor_losses(noise.current);
             self.step_actor();
             self.step_temperature();
@@ -127,8 +126,7 @@ impl<T: Scalar> Learner<T> {
             .for_each(&mut self.critics, |_, critic| critic.refresh());
     }
 
-    /// The gradient of mean(α c ln π(a|s) − min Q(s, a)) with a drawn anew, of the mirror loss and of the rehearsal loss, chunk
-    /// by chunk; the batch is that of the critics.
+    /// The gradient of mean(α c ln π(a|s) − min Q(s, a)) with a drawn anew, and of the rehearsal loss, chunk by chunk; the batch is that of the critics.
     fn actor_losses(&mut self, noise: &[T]) {
         if take(&mut self.actor_stale) {
             self.actor.refresh();
@@ -137,14 +135,9 @@ impl<T: Scalar> Learner<T> {
         let (rows, action_size) = (self.config.batch_size, self.action_size);
         let alpha = T::from_f64(self.temperature.alpha);
         let per_row = T::ONE / T::from_f64(rows as f64);
-        let mirror = self
-            .mirror
-            .as_deref()
-            .filter(|_| self.config.mirror_loss_weight > 0.0)
-            .map(|mirror| (mirror, T::from_f64(self.config.mirror_loss_weight)));
         let rehearsed = &self.rehearsed;
-        let rehearsed_rows = rehearsed.actions.len() / action_size;
-        let weight = T::from_f64(self.config.rehearsal_weight / rehearsed_rows.max(1) as f64);
+        let rehearsed_rows = self.rows_to_rehearse();
+        let weight = T::from_f64(self.rehearsal_weight / rehearsed_rows.max(1) as f64);
         let examples = &self.examples;
         let (parts, rehearsed_parts) = self.actor_parts.split_at_mut(examples.len());
         let rehearsed_parts = &mut rehearsed_parts[..rehearsed_rows.div_ceil(CHUNK)];
@@ -153,7 +146,7 @@ impl<T: Scalar> Learner<T> {
             (&mut self.actor_losses, |scratch, chunk, loss| {
                 let noise = &noise[numbers(rows_of(chunk, rows), action_size)];
                 let (actor, batch) = (&actor.network, &examples[chunk].batch);
-                scratch.actor_loss(actor, critics, mirror, batch, noise, alpha, per_row, loss);
+                scratch.actor_loss(actor, critics, batch, noise, alpha, per_row, loss);
             }),
             (&mut *rehearsed_parts, |scratch, chunk, part| {
                 let chosen = rows_of(chunk, rehearsed_rows);
@@ -161,7 +154,7 @@ impl<T: Scalar> Learner<T> {
             }),
             (parts, |scratch, chunk, part, losses| {
                 let (batch, loss) = (&examples[chunk].batch, losses.wait_for(chunk));
-                scratch.actor_back(actor, mirror.is_some(), batch, loss, part);
+                scratch.actor_back(actor, batch, loss, part);
             }),
         );
         let sums = Sums::total(
@@ -172,7 +165,6 @@ impl<T: Scalar> Learner<T> {
         );
         let per_row = 1.0 / rows as f64;
         self.stats.actor_loss = sums.actor_loss * per_row;
-        self.stats.mirror_loss = sums.mirror_loss * per_row;
         self.stats.rehearsal_loss = sums.rehearsal_loss / rehearsed_rows.max(1) as f64;
         self.stats.entropy = -sums.log_prob * per_row;
     }
@@ -194,9 +186,18 @@ impl<T: Scalar> Learner<T> {
         self.actor_stale = true;
     }
 
-    /// Chunks of the pairs that are rehearsed.
+    /// Pairs that this update rehearses.
+    fn rows_to_rehearse(&self) -> usize {
+        if self.rehearsal_weight > 0.0 {
+            self.rehearsed_rows()
+        } else {
+            0
+        }
+    }
+
+    /// Their chunks.
     fn rehearsed_chunks(&self) -> usize {
-        (self.rehearsed.actions.len() / self.action_size).div_ceil(CHUNK)
+        self.rows_to_rehearse().div_ceil(CHUNK)
     }
 
     /// Gradient of −ln α · mean(ln π + target entropy) in ln α, from the last actor pass.

@@ -62,13 +62,7 @@ fn config(threads: usize) -> SacConfig {
             target_entropy: None,
             learning_rate: 1e-3,
         },
-        actor_every: 2,
-        mirror_loss_weight: 0.5,
-        mirrored_fraction: 0.5,
-        rehearsal_weight: 0.7,
-        rehearsal_rows: 70,
         actor_average_decay: 0.95,
-        noise_correlation: 0.8,
         max_grad_norm: Some(1.0),
         threads,
         ..SacConfig::default()
@@ -120,7 +114,6 @@ impl Task {
                 log_probs: &log_probs,
                 rewards: &rewards,
                 entropy_scales: &[1.0, 0.5, 0.25, 1.0],
-                horizon_scales: &[1.0; 4],
                 next_observations: &next,
                 terminated: &at(11),
                 truncated: &at(17),
@@ -178,7 +171,8 @@ fn rehearsal() -> Rehearsal {
 fn start(threads: usize, seed: u64) -> (Agent, ReplayBuffer, Task) {
     let mut agent =
         Agent::new(config(threads), OBSERVATIONS, ACTIONS, Some(mirror()), seed).unwrap();
-    agent.rehearse(rehearsal()).unwrap();
+    agent.rehearse(rehearsal(), 70).unwrap();
+    agent.set_rehearsal_weight(0.7).unwrap();
     let replay = ReplayBuffer::new(600, ENVIRONMENTS, OBSERVATIONS, ACTIONS).unwrap();
     (agent, replay, Task::new())
 }
@@ -226,6 +220,7 @@ fn a_resumed_run_goes_on_bit_for_bit() {
         assert_eq!(resumed.mirror(), Some(&mirror()));
         assert_eq!(resumed.config(), &config(1));
         assert_eq!(resumed.rehearsal(), Some(&rehearsal()));
+        assert_eq!(resumed.rehearsal_weight(), 0.7);
         resumed_stats.extend(run(&mut resumed, &mut loaded, &mut again, 40));
         assert_eq!(stats, resumed_stats);
         assert!(parameters(&agent) == parameters(&resumed));
@@ -273,36 +268,27 @@ fn rates_and_weights_can_be_changed_on_the_way() {
 }
 
 #[test]
-fn acting_noise_is_correlated_as_asked_and_stays_standard_normal() {
-    let variances = [0.0, 0.9].map(|correlation| {
-        let config = SacConfig {
-            noise_correlation: correlation,
-            ..SacConfig::default()
-        };
-        let mut agent = Agent::new(config, OBSERVATIONS, ACTIONS, None, 5).unwrap();
-        let observations = [0.0; ENVIRONMENTS * OBSERVATIONS];
-        let (mut actions, mut log_probs) = ([0.0; ENVIRONMENTS * ACTIONS], [0.0; ENVIRONMENTS]);
-        let mut means = [0.0; ENVIRONMENTS * ACTIONS];
-        agent.act_deterministic(&observations, &mut means).unwrap();
-        // At one observation mean and deviation are constant, so atanh(action) is the noise, scaled.
-        let steps = 20_000;
-        let series: Vec<f64> = (0..steps)
-            .map(|_| {
-                agent
-                    .act(&observations, &mut actions, &mut log_probs)
-                    .unwrap();
-                f64::from(actions[0]).atanh() - f64::from(means[0]).atanh()
-            })
-            .collect();
-        let moment = |lag: usize| {
-            let pairs = series.iter().zip(&series[lag..]);
-            pairs.map(|(a, b)| a * b).sum::<f64>() / (steps - lag) as f64
-        };
-        assert!((moment(1) / moment(0) - correlation).abs() < 0.03);
-        moment(0)
-    });
-    // ln π takes the noise for standard normal: its variance must not depend on the correlation.
-    assert!((variances[0] / variances[1] - 1.0).abs() < 0.1);
+fn acting_noise_is_white_and_standard_normal() {
+    let mut agent = Agent::new(SacConfig::default(), OBSERVATIONS, ACTIONS, None, 5).unwrap();
+    let observations = [0.0; ENVIRONMENTS * OBSERVATIONS];
+    let (mut actions, mut log_probs) = ([0.0; ENVIRONMENTS * ACTIONS], [0.0; ENVIRONMENTS]);
+    let mut means = [0.0; ENVIRONMENTS * ACTIONS];
+    agent.act_deterministic(&observations, &mut means).unwrap();
+    // At one observation mean and deviation are constant, so atanh(action) is the noise, scaled.
+    let steps = 20_000;
+    let series: Vec<f64> = (0..steps)
+        .map(|_| {
+            agent
+                .act(&observations, &mut actions, &mut log_probs)
+                .unwrap();
+            f64::from(actions[0]).atanh() - f64::from(means[0]).atanh()
+        })
+        .collect();
+    let moment = |lag: usize| {
+        let pairs = series.iter().zip(&series[lag..]);
+        pairs.map(|(a, b)| a * b).sum::<f64>() / (steps - lag) as f64
+    };
+    assert!((moment(1) / moment(0)).abs() < 0.03);
 }
 
 #[test]
@@ -355,14 +341,4 @@ fn wrong_use_is_an_error() {
     assert!(agent.act(&[0.0; 3], &mut [0.0; 2], &mut [0.0; 2]).is_err());
     assert!(agent.act_deterministic(&[0.0; 3], &mut [0.0; 3]).is_err());
     assert!(agent.act_deterministic(&[0.0; 4], &mut [0.0; 2]).is_err());
-    let without = Agent::new(config(1), OBSERVATIONS, ACTIONS, None, 1).unwrap_err();
-    assert!(
-        matches!(
-            without,
-            SacError::NoMirror {
-                key: "mirror_loss_weight"
-            }
-        ),
-        "{without}"
-    );
 }

@@ -36,7 +36,6 @@ fn files() -> Files {
                 log_probs: &[0.0; 2],
                 rewards: &[0.0; 2],
                 entropy_scales: &[1.0; 2],
-                horizon_scales: &[1.0; 2],
                 next_observations: &[0.0; 4],
                 terminated: &[false; 2],
                 truncated: &[false; 2],
@@ -134,7 +133,7 @@ fn altered_headers() {
     let files = files();
     let path = files.folder.path().join("altered");
     for (old, new, cause) in [
-        (r#"\"format\":1"#, r#"\"format\":7"#, "has format 7"),
+        (r#"\"format\":2"#, r#"\"format\":7"#, "has format 7"),
         (
             "\"critic_2.output.bias\"",
             "\"critic_2.outPUT.bias\"",

@@ -1,6 +1,6 @@
 //! Every gradient the learner computes by hand equals the central finite difference of the loss it belongs to,
 //! in f64, for every single parameter: critics, actor (through the squashed Gaussian, the log-probability
-//! and the critics' action input), layer normalisation, clamped deviations, mirror loss, rehearsal, temperature.
+//! and the critics' action input), layer normalisation, clamped deviations, rehearsal, temperature.
 //!
 //! The largest difference, relative to the largest gradient of the same tensor, must stay below 1e-6 (it is
 //! dominated by the rounding of the difference quotient). Sizes are chosen so that layers need padding and the
@@ -117,10 +117,8 @@ fn critic_loss(index: usize) -> impl Fn(&mut Case) -> f64 {
 
 fn actor_loss(case: &mut Case) -> f64 {
     case.learner.actor_gradient(&case.batch, &case.noise[1]);
-    let (stats, config) = (case.learner.stats(), case.learner.config());
-    stats.actor_loss
-        + config.mirror_loss_weight * stats.mirror_loss
-        + config.rehearsal_weight * stats.rehearsal_loss
+    let stats = case.learner.stats();
+    stats.actor_loss + case.learner.rehearsal_weight * stats.rehearsal_loss
 }
 
 /// Gains and shifts away from their start at 1 and 0, so that none hides.
@@ -210,31 +208,17 @@ fn actor() {
 }
 
 #[test]
-fn actor_with_mirror_loss() {
-    for layer_norm in [false, true] {
-        let mut case = case(|config| {
-            config.mirror_loss_weight = 1.7;
-            config.actor_layer_norm = layer_norm;
-        });
-        let worst = compare(&mut case, |learner| &mut learner.actor, actor_loss);
-        assert!(case.learner.stats().mirror_loss > 1e-3);
-        println!("actor with mirror loss, layer norm {layer_norm}: {worst:.1e}");
-    }
-}
-
-#[test]
 fn actor_with_rehearsal() {
     for layer_norm in [false, true] {
         let mut case = case(|config| {
-            config.rehearsal_weight = 2.3;
-            config.rehearsal_rows = 67;
             config.actor_layer_norm = layer_norm;
         });
         let numbers = |count: usize| (0..count).map(|k| (1.0 + k as f64).sin()).collect();
-        case.learner.rehearsed = Rehearsed {
+        case.learner.set_rehearsed(Rehearsed {
             observations: numbers(67 * OBSERVATIONS),
             actions: numbers(67 * ACTIONS),
-        };
+        });
+        case.learner.rehearsal_weight = 2.3;
         let worst = compare(&mut case, |learner| &mut learner.actor, actor_loss);
         assert!(case.learner.stats().rehearsal_loss > 0.1);
         println!("actor with rehearsal, layer norm {layer_norm}: {worst:.1e}");

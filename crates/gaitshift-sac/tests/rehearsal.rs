@@ -13,15 +13,14 @@ fn learn(weight: f64, rehearsal: Option<Rehearsal>, mirror: Option<Mirror>) -> [
         critic_hidden: vec![16, 16],
         learning_rate: 5e-3,
         batch_size: 64,
-        mirrored_fraction: if mirror.is_some() { 0.5 } else { 0.0 },
         temperature: Temperature::Fixed { alpha: 0.01 },
-        rehearsal_weight: weight,
         ..SacConfig::default()
     };
     let mut agent = Agent::new(config, 1, 1, mirror, 3).unwrap();
     let mut replay = ReplayBuffer::new(2000, 2, 1, 1).unwrap();
     if let Some(rehearsal) = rehearsal {
-        agent.rehearse(rehearsal).unwrap();
+        agent.rehearse(rehearsal, 64).unwrap();
+        agent.set_rehearsal_weight(weight).unwrap();
     }
     let contexts = [-1.0, 1.0];
     let (mut actions, mut log_probs) = ([0.0; 2], [0.0; 2]);
@@ -34,7 +33,6 @@ fn learn(weight: f64, rehearsal: Option<Rehearsal>, mirror: Option<Mirror>) -> [
                 log_probs: &log_probs,
                 rewards: &actions.map(|a| -(a - 0.5) * (a - 0.5)),
                 entropy_scales: &[1.0; 2],
-                horizon_scales: &[1.0; 2],
                 next_observations: &contexts,
                 terminated: &[true; 2],
                 truncated: &[false; 2],
@@ -60,6 +58,8 @@ fn what_is_rehearsed_stays_and_the_rest_follows_the_reward() {
     let [free, kept] = learn(100.0, remembered(), None);
     assert!((free - 0.5).abs() < 0.15, "{free}");
     assert!((kept + 0.5).abs() < 0.05, "{kept}");
+    // With the weight 0 what is remembered is as if it were not there.
+    assert_eq!(learn(0.0, remembered(), None), learn(0.0, None, None));
 }
 
 /// Where batches are mirrored, so is what is rehearsed: the mirror image of what was remembered stays too.
@@ -77,20 +77,19 @@ fn it_is_mirrored_where_batches_are() {
 
 #[test]
 fn what_cannot_be_rehearsed_is_refused() {
-    let config = |weight| SacConfig {
-        rehearsal_weight: weight,
-        ..SacConfig::default()
-    };
     let pairs = |size: usize| Rehearsal::new(size, 1, vec![0.0; size], vec![0.0]).unwrap();
-    let mut agent = Agent::new(config(1.0), 2, 1, None, 1).unwrap();
+    let mut agent = Agent::new(SacConfig::default(), 2, 1, None, 1).unwrap();
     assert!(matches!(
-        agent.rehearse(pairs(3)),
+        agent.rehearse(pairs(3), 64),
         Err(SacError::Length { .. })
     ));
-    agent.rehearse(pairs(2)).unwrap();
-    let mut agent = Agent::new(config(0.0), 2, 1, None, 1).unwrap();
-    let error = agent.rehearse(pairs(2)).unwrap_err().to_string();
-    assert!(error.contains("rehearsal_weight"), "{error}");
+    agent.rehearse(pairs(2), 64).unwrap();
+    let error = agent.rehearse(pairs(2), 0).unwrap_err().to_string();
+    assert!(error.contains("rehearsal rows"), "{error}");
+    for weight in [-1.0, f64::NAN] {
+        let error = agent.set_rehearsal_weight(weight).unwrap_err().to_string();
+        assert!(error.contains("rehearsal weight"), "{error}");
+    }
     for (observations, actions, cause) in [
         (vec![], vec![], "rehearsal rows"),
         (vec![0.0; 3], vec![0.0], "rehearsal observations"),

@@ -3,7 +3,6 @@
 //! - The ring holds the newest transitions of every environment, whatever its capacity and however often it wrapped.
 //! - n-step windows sum discounted rewards, stop at termination, truncation, gaps and the newest step, subtract the
 //!   entropy of the steps within, and end in the right observation.
-//! - Each step discounts by its own horizon.
 //! - TRUNCATION BOOTSTRAPS: a time limit leaves the discount on the next value as it is; termination sets it to 0.
 //! - Gaps (invalid steps) are never drawn and their numbers never seen.
 //! - Drawing is uniform and reproducible; mirrored rows are the mirror images of what they would have been.
@@ -20,7 +19,6 @@ struct Step {
     reward: f32,
     log_prob: f32,
     scale: f32,
-    horizon: f32,
 }
 
 const GAMMA: f64 = 0.9;
@@ -61,7 +59,6 @@ fn filled(capacity: usize, steps: &[Vec<Step>]) -> ReplayBuffer {
                 log_probs: &spoil(numbers(|step| step.log_prob), 1),
                 rewards: &spoil(numbers(|step| step.reward), 1),
                 entropy_scales: &spoil(numbers(|step| step.scale), 1),
-                horizon_scales: &spoil(numbers(|step| step.horizon), 1),
                 next_observations: &spoil(next, 2),
                 terminated: &flags(|step| step.terminated),
                 truncated: &flags(|step| step.truncated),
@@ -90,7 +87,7 @@ fn window(
                 0.0
             };
         sum += discount * gain;
-        discount *= (1.0 - (1.0 - GAMMA) / f64::from(step.horizon)).max(0.0);
+        discount *= GAMMA;
         let follower = steps.get(time + k + 1).map(|row| row[environment]);
         let goes_on = follower.is_some_and(|step| step.valid);
         if step.terminated || step.truncated || k + 1 == n_step || !goes_on {
@@ -110,17 +107,15 @@ fn step() -> impl Strategy<Value = Step> {
         -2.0f32..2.0,
         -3.0f32..1.0,
         0.1f32..1.0,
-        0.05f32..2.0,
     )
         .prop_map(
-            |(terminated, truncated, invalid, reward, log_prob, scale, horizon)| Step {
+            |(terminated, truncated, invalid, reward, log_prob, scale)| Step {
                 terminated,
                 truncated,
                 valid: !invalid,
                 reward,
                 log_prob,
                 scale,
-                horizon,
             },
         )
 }
@@ -178,7 +173,6 @@ fn plain(reward: f32) -> Step {
         reward,
         log_prob: 0.0,
         scale: 1.0,
-        horizon: 1.0,
     }
 }
 
@@ -309,7 +303,6 @@ fn bad_steps_are_refused_and_leave_no_trace() {
         log_probs: &[0.0, 1.0],
         rewards: &[0.0, 1.0],
         entropy_scales: &[1.0, 1.0],
-        horizon_scales: &[1.0, 1.0],
         next_observations: &[0.0, 1.0],
         terminated: &[false, true],
         truncated: &[false, false],

@@ -2,7 +2,7 @@
 
 use crate::parameters::require;
 use crate::randomization::uniform;
-use crate::{Randomization, RewardOverrides, RewardParameters, TaskError};
+use crate::{LearnerSettings, Overrides, Randomization, RewardParameters, TaskError};
 use gaitshift_body::BodyParameters;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
@@ -24,11 +24,17 @@ pub struct Phase {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub omega_v_end: Option<[f64; 2]>,
     /// Keys of the reward that the phase replaces.
-    #[serde(default, skip_serializing_if = "RewardOverrides::is_empty")]
-    pub reward: RewardOverrides,
+    #[serde(default, skip_serializing_if = "Overrides::is_empty")]
+    pub reward: Overrides<RewardParameters>,
     /// Keys of the reward that move linearly during the phase, and where to.
-    #[serde(default, skip_serializing_if = "RewardOverrides::is_empty")]
-    pub reward_end: RewardOverrides,
+    #[serde(default, skip_serializing_if = "Overrides::is_empty")]
+    pub reward_end: Overrides<RewardParameters>,
+    /// Settings of the learner that the phase replaces.
+    #[serde(default, skip_serializing_if = "Overrides::is_empty")]
+    pub learner: Overrides<LearnerSettings>,
+    /// Settings of the learner that move linearly during the phase, and where to.
+    #[serde(default, skip_serializing_if = "Overrides::is_empty")]
+    pub learner_end: Overrides<LearnerSettings>,
     /// Replaces the start's speed by one drawn uniformly from this range, in m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_speed_m_per_s: Option<[f64; 2]>,
@@ -109,7 +115,7 @@ impl Default for Curriculum {
             omega_v,
             ..Phase::default()
         };
-        let relaxed = RewardOverrides::from([("omega_e", 0.06), ("omega_s", 0.0)]);
+        let relaxed = Overrides::from([("omega_e", 0.06), ("omega_s", 0.0)]);
         Self {
             command: CommandDraw::default(),
             phases: vec![
@@ -130,44 +136,75 @@ impl Curriculum {
         self.phases.iter().map(|p| p.steps).sum()
     }
 
+    /// The phase of environment step `step`, its index, and how far it has come, from 0 to 1. Past the end the last
+    /// phase goes on; none where there are no phases.
+    fn phase(&self, step: u64) -> Option<(usize, &Phase, f64)> {
+        let mut start = 0;
+        let last = self.phases.len().checked_sub(1)?;
+        let mut phases = self.phases.iter().enumerate();
+        phases.find_map(|(index, phase)| {
+            if step < start + phase.steps || index == last {
+                let progress = ((step - start) as f64 / phase.steps.max(1) as f64).clamp(0.0, 1.0);
+                return Some((index, phase, progress));
+            }
+            start += phase.steps;
+            None
+        })
+    }
+
     /// What holds at environment step `step`, given the task's own reward.
     /// Past the end the last phase goes on.
     pub fn at(&self, step: u64, reward: &RewardParameters) -> PhaseSettings {
-        let mut start = 0;
-        let last = self.phases.len().saturating_sub(1);
-        for (index, phase) in self.phases.iter().enumerate() {
-            if step < start + phase.steps || index == last {
-                let progress = ((step - start) as f64 / phase.steps.max(1) as f64).clamp(0.0, 1.0);
-                let end = phase.omega_v_end.unwrap_or(phase.omega_v);
-                let mix = |k: usize| phase.omega_v[k] + progress * (end[k] - phase.omega_v[k]);
-                let mut reward = reward.clone();
-                phase.reward.blend_into(&mut reward, 1.0);
-                phase.reward_end.blend_into(&mut reward, progress);
-                return PhaseSettings {
-                    index,
-                    omega_v: [mix(0), mix(1)],
-                    command: CommandDraw {
-                        focus_share: phase.focus_share.unwrap_or(self.command.focus_share),
-                        redraw_interval_s: phase
-                            .redraw_interval_s
-                            .unwrap_or(self.command.redraw_interval_s),
-                        ..self.command.clone()
-                    },
-                    reward,
-                    start_speed_m_per_s: phase.start_speed_m_per_s,
-                    randomization: phase.randomization.clone(),
-                };
-            }
-            start += phase.steps;
-        }
+        let Some((index, phase, progress)) = self.phase(step) else {
+            return PhaseSettings {
+                index: 0,
+                omega_v: [0.0, 0.0],
+                command: self.command.clone(),
+                reward: reward.clone(),
+                start_speed_m_per_s: None,
+                randomization: None,
+            };
+        };
+        let end = phase.omega_v_end.unwrap_or(phase.omega_v);
+        let mix = |k: usize| phase.omega_v[k] + progress * (end[k] - phase.omega_v[k]);
+        let mut reward = reward.clone();
+        phase.reward.blend_into(&mut reward, 1.0);
+        phase.reward_end.blend_into(&mut reward, progress);
+        let command = &self.command;
         PhaseSettings {
-            index: 0,
-            omega_v: [0.0, 0.0],
-            command: self.command.clone(),
-            reward: reward.clone(),
-            start_speed_m_per_s: None,
-            randomization: None,
+            index,
+            omega_v: [mix(0), mix(1)],
+            command: CommandDraw {
+                focus_share: phase.focus_share.unwrap_or(command.focus_share),
+                redraw_interval_s: phase.redraw_interval_s.unwrap_or(command.redraw_interval_s),
+                ..command.clone()
+            },
+            reward,
+            start_speed_m_per_s: phase.start_speed_m_per_s,
+            randomization: phase.randomization.clone(),
         }
+    }
+
+    /// The learner's settings at environment step `step`, given those that it has where no phase says otherwise.
+    pub fn learner_at(&self, step: u64, own: &LearnerSettings) -> LearnerSettings {
+        let mut settings = *own;
+        if let Some((_, phase, progress)) = self.phase(step) {
+            phase.learner.blend_into(&mut settings, 1.0);
+            phase.learner_end.blend_into(&mut settings, progress);
+        }
+        settings
+    }
+
+    /// The first environment step of the first phase that rehearses, if one does.
+    pub fn rehearsal_start(&self) -> Option<u64> {
+        let rehearses = |phase: &Phase| {
+            let weights = [&phase.learner, &phase.learner_end];
+            weights
+                .iter()
+                .any(|table| table.get("rehearsal") > Some(0.0))
+        };
+        let before = self.phases.iter().position(rehearses)?;
+        Some(self.phases[..before].iter().map(|phase| phase.steps).sum())
     }
 
     /// Checks every field, for training on `body`.
@@ -217,11 +254,10 @@ impl Curriculum {
             if let Some(r) = p.start_speed_m_per_s {
                 require(ordered(r), &key("start_speed_m_per_s"), r, range)?;
             }
-            for (table, overrides) in [("reward", &p.reward), ("reward_end", &p.reward_end)] {
-                for (name, v) in overrides.iter() {
-                    RewardParameters::check(&key(&format!("{table}.{name}")), name, v)?;
-                }
-            }
+            p.reward.validate(&key("reward"))?;
+            p.reward_end.validate(&key("reward_end"))?;
+            p.learner.validate(&key("learner"))?;
+            p.learner_end.validate(&key("learner_end"))?;
             if let Some(v) = p.redraw_interval_s {
                 let key = key("redraw_interval_s");
                 require(v.is_finite() && v >= 0.0, &key, v, "0 or greater")?;

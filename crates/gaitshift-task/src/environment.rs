@@ -49,10 +49,6 @@ pub struct StepOutcome {
     pub terms: RewardTerms,
     /// Factor of this step's reward.
     pub factor: f64,
-    /// Factor of this step's entropy bonus.
-    pub entropy_factor: f64,
-    /// Factor of the horizon that this step's state looks ahead.
-    pub horizon_factor: f64,
     /// Set when the episode is over.
     pub ended: Option<EndReason>,
     /// Mean forces over the period.
@@ -250,14 +246,10 @@ impl Environment {
         }
         self.periods = self.periods.saturating_add(1);
         let factor = reward.factor(self.omega_v);
-        let entropy_factor = reward.entropy_factor(self.omega_v);
-        let horizon_factor = reward.horizon_factor(self.omega_v);
         if report.diverged {
             return StepOutcome {
                 terms: RewardTerms::default(),
                 factor,
-                entropy_factor,
-                horizon_factor,
                 ended: Some(EndReason::Diverged),
                 report,
             };
@@ -270,7 +262,7 @@ impl Environment {
             friction_loss_j: self.account.friction - before.friction,
             positive_work_j: self.account.positive_work() - before.positive_work(),
         };
-        let terms = reward.terms(&self.state, &energies, self.omega_v, task.control_period_s);
+        let terms = reward.terms(&self.state, &energies, self.omega_v);
         let rule = &task.termination;
         let ended = if self.state.theta.abs() > rule.pitch_limit_rad {
             Some(EndReason::Pitch)
@@ -284,8 +276,6 @@ impl Environment {
         StepOutcome {
             terms,
             factor,
-            entropy_factor,
-            horizon_factor,
             ended,
             report,
         }

@@ -5,7 +5,9 @@
 mod curriculum;
 mod disturbance;
 mod environment;
+mod learner;
 mod observation;
+mod overrides;
 mod parameters;
 mod randomization;
 mod reward;
@@ -16,13 +18,15 @@ pub use disturbance::{Disturbance, Disturbed, Push, TerrainParameters, TerrainSt
 pub use environment::{
     BatchState, EndReason, Environment, EnvironmentBatch, FinishedEpisode, Member, StepOutcome,
 };
+pub use learner::LearnerSettings;
 pub use observation::{
     ACTION_MIRROR, ACTION_SIZE, OBSERVATION_MIRROR, OBSERVATION_NAMES, OBSERVATION_SCALE,
     OBSERVATION_SIZE, observe, scale_observation,
 };
+pub use overrides::{Keyed, Overrides};
 pub use parameters::{StartParameters, TaskError, TaskParameters, TerminationParameters};
 pub use randomization::{BodyFactors, Randomization, SensorNoise};
-pub use reward::{LegTerm, RewardOverrides, RewardParameters, RewardTerms, StepEnergies};
+pub use reward::{LegTerm, RewardParameters, RewardTerms, StepEnergies};
 pub use vector::{
     AutoReset, INFO_SIZE, Opening, VectorEnvironment, VectorState, VectorStep, info_names,
 };

@@ -1,6 +1,6 @@
 //! Parameters of the task: control period, endings, starts.
 
-use crate::RewardParameters;
+use crate::{Keyed, RewardParameters};
 use gaitshift_body::BodyParameters;
 use serde::{Deserialize, Serialize};
 use std::fmt;

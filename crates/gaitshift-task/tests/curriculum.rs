@@ -2,7 +2,9 @@
 //! boundaries; a widening range and moving weights move linearly; draws stay in range; bad values are named.
 
 use gaitshift_body::BodyParameters;
-use gaitshift_task::{CommandDraw, Curriculum, Phase, RewardOverrides, RewardParameters};
+use gaitshift_task::{
+    CommandDraw, Curriculum, LearnerSettings, Overrides, Phase, RewardParameters,
+};
 use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -44,13 +46,13 @@ fn a_range_widens_linearly() {
 #[test]
 fn a_phase_has_its_own_weights_some_of_which_move_linearly() {
     let mut c = widening();
-    c.phases[0].reward = RewardOverrides::from([
+    c.phases[0].reward = Overrides::from([
         ("omega_e", 0.2),
         ("omega_l", 0.5),
         ("omega_e_floor", 0.1),
         ("energy_command_divisor", 10.0),
     ]);
-    c.phases[0].reward_end = RewardOverrides::from([("omega_e", 0.6), ("c3", 1.5)]);
+    c.phases[0].reward_end = Overrides::from([("omega_e", 0.6), ("c3", 1.5)]);
     c.phases[0].redraw_interval_s = Some(2.0);
     c.phases[0].focus_share = Some(0.3);
     let at = |step| c.at(step, &RewardParameters::default()).reward.omega_e;
@@ -66,6 +68,43 @@ fn a_phase_has_its_own_weights_some_of_which_move_linearly() {
     assert_eq!(s.command.redraw_interval_s, 2.0);
     assert_eq!(s.command.focus_share, 0.3);
     assert_eq!(s.command.redraw_ramp_s, c.command.redraw_ramp_s);
+}
+
+#[test]
+fn a_phase_has_its_own_learner_whose_settings_move_linearly() {
+    let own = LearnerSettings {
+        learning_rate: 3e-4,
+        alpha: 0.2,
+        horizon: 100.0,
+        rehearsal: 0.0,
+        entropy_command_divisor: 0.0,
+        entropy_share_at_zero: 1.0,
+    };
+    let mut c = widening();
+    c.phases.push(c.phases[0].clone());
+    c.phases[1].learner = Overrides::from([("learning_rate", 4e-4), ("rehearsal", 5.0)]);
+    c.phases[1].learner_end = Overrides::from([("learning_rate", 2e-4), ("horizon", 50.0)]);
+    c.phases.push(c.phases[0].clone());
+    for step in [0, 99, 200, 1000] {
+        assert_eq!(c.learner_at(step, &own), own);
+    }
+    let expected = |learning_rate, horizon| LearnerSettings {
+        learning_rate,
+        horizon,
+        rehearsal: 5.0,
+        ..own
+    };
+    assert_eq!(c.learner_at(100, &own), expected(4e-4, 100.0));
+    let half = c.learner_at(150, &own);
+    assert!((half.learning_rate - 3e-4).abs() < 1e-18, "{half:?}");
+    assert_eq!(half.horizon, 75.0);
+    assert_eq!(c.rehearsal_start(), Some(100));
+    c.phases[1].learner = Overrides::default();
+    assert_eq!(c.rehearsal_start(), None);
+    c.phases[2].learner_end = Overrides::from([("rehearsal", 5.0)]);
+    assert_eq!(c.rehearsal_start(), Some(200));
+    assert_eq!(c.learner_at(200, &own).rehearsal, 0.0);
+    assert_eq!(c.learner_at(250, &own).rehearsal, 2.5);
 }
 
 #[test]
@@ -88,13 +127,20 @@ fn bad_values_are_named() {
         "{error}"
     );
     c.phases[0].focus_share = None;
-    c.phases[0].reward_end = RewardOverrides::from([("scale", 0.0)]);
+    c.phases[0].reward_end = Overrides::from([("scale", 0.0)]);
     let error = c
         .validate(&BodyParameters::default())
         .unwrap_err()
         .to_string();
     assert!(error.contains("phases[0].reward_end.scale"), "{error}");
-    let error = toml::from_str::<RewardOverrides>("omega_x = 1.0").unwrap_err();
+    c.phases[0].reward_end = Overrides::default();
+    c.phases[0].learner = Overrides::from([("horizon", 0.0)]);
+    let error = c.validate(&BodyParameters::default()).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains("phases[0].learner.horizon"), "{error}");
+    let error = toml::from_str::<Overrides<LearnerSettings>>("gamma = 0.9").unwrap_err();
+    assert!(error.message().contains("`horizon`"), "{error}");
+    let error = toml::from_str::<Overrides<RewardParameters>>("omega_x = 1.0").unwrap_err();
     assert!(error.message().contains("`omega_x`"), "{error}");
     assert!(error.message().contains("omega_e_floor"), "{error}");
     c.phases.clear();

@@ -203,7 +203,7 @@ pub struct TrainArguments {
 
     /// Stop at about this environment step, with a checkpoint to resume from [default: the curriculum's end]
     ///
-    /// The curriculum and all schedules stay as they are. Checked every 2000 steps.
+    /// The curriculum stays as it is. Checked every 2000 steps.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..))]
     pub steps: Option<u64>,
 

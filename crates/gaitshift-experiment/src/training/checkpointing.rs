@@ -1,20 +1,19 @@
 //! Checkpoints: what they hold, and how a run goes on from one.
 
-use super::Training;
 use super::counting::{Counters, lap};
+use super::{Training, learner_mirror};
 use crate::config::Experiment;
 use crate::durable;
 use crate::edits::{Edit, edits, is_decided};
 use crate::run_folder::{LogLengths, RunFolder, STATE, TrainingError};
-use crate::schedule::Course;
-use gaitshift_sac::{Agent, ReplayBuffer, SacConfig, Temperature};
+use gaitshift_sac::{Agent, ReplayBuffer};
 use gaitshift_task::BatchState;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
 
 /// Version of [`CheckpointState`].
-const FORMAT: &str = "gaitshift-run 1";
+const FORMAT: &str = "gaitshift-run 2";
 
 /// The part of a state that is read before the rest.
 #[derive(Deserialize)]
@@ -47,11 +46,13 @@ impl Training {
     /// replay buffer.
     pub fn resume(folder: &Path) -> Result<Self, TrainingError> {
         let folder = RunFolder::at(folder);
-        let experiment = folder.read_config()?;
+        folder.require_config()?;
         folder.recover_checkpoint()?;
-        let before = Experiment::read(&folder.checkpoint("config.toml"))?;
         let path = folder.checkpoint(STATE);
+        // First, since the keys of a configuration belong to a version.
         let state = read_state(&path)?;
+        let experiment = folder.read_config()?;
+        let before = Experiment::read(&folder.checkpoint("config.toml"))?;
         if !state.counters.are_possible(&before) {
             return Err(TrainingError::other(
                 &path,
@@ -59,9 +60,9 @@ impl Training {
             ));
         }
         let edits = edits(&before, &experiment)?;
-        let learner_differs = learner_settings(&before) != learner_settings(&experiment);
+        let mirrored = learner_mirror(&before) != learner_mirror(&experiment);
         let rehearsing = state.counters.rehearsal_begun;
-        let refused = |edit: &&Edit| is_decided(&edit.key, learner_differs, rehearsing);
+        let refused = |edit: &&Edit| is_decided(&edit.key, mirrored, rehearsing);
         if let Some(edit) = edits.iter().find(refused) {
             return Err(TrainingError::other(
                 &folder.file("config.toml"),
@@ -73,7 +74,7 @@ impl Training {
             ));
         }
         let mut training = Self::prepare(experiment, folder, &state.command)?;
-        training.restore_learner(&before)?;
+        training.restore_learner()?;
         if !training.batch.restore(state.batch) {
             return Err(TrainingError::other(
                 &path,
@@ -88,8 +89,8 @@ impl Training {
         Ok(training)
     }
 
-    /// Takes agent and replay buffer from the checkpoint, written under the configuration `before`.
-    fn restore_learner(&mut self, before: &Experiment) -> Result<(), TrainingError> {
+    /// Takes agent and replay buffer from the checkpoint. What phases move of the learner follows with the next step.
+    fn restore_learner(&mut self) -> Result<(), TrainingError> {
         let folder = &self.folder;
         let agent = Agent::load(&folder.checkpoint("agent.safetensors"))?;
         let replay = ReplayBuffer::load(&folder.checkpoint("replay.safetensors"))?;
@@ -108,23 +109,7 @@ impl Training {
             ));
         }
         (self.agent, self.replay) = (agent, replay);
-        let (agent, e) = (&mut self.agent, &self.experiment);
-        agent.set_threads(e.learner.threads)?;
-        // What a schedule moved goes back to where it was, should the schedule be no more.
-        let (was, is) = (&before.training.schedule, &e.training.schedule);
-        let gone = |was: &Course, is: &Course| !was.0.is_empty() && is.0.is_empty();
-        if gone(&was.learning_rate, &is.learning_rate) {
-            agent.set_learning_rate(e.learner.learning_rate)?;
-        }
-        if gone(&was.horizon, &is.horizon) {
-            agent.set_gamma(e.learner.gamma)?;
-        }
-        if let (true, Temperature::Fixed { alpha }) =
-            (gone(&was.alpha, &is.alpha), e.learner.temperature)
-        {
-            agent.set_alpha(alpha)?;
-        }
-        Ok(())
+        Ok(self.agent.set_threads(self.experiment.learner.threads)?)
     }
 
     /// Notes what was edited, for the user and for the controllers to come.
@@ -191,14 +176,15 @@ fn read_state(path: &Path) -> Result<CheckpointState, TrainingError> {
     let version: Version = serde_json::from_str(&text).map_err(damaged)?;
     if version.format != FORMAT {
         return Err(error(format!(
-            "its format is `{}`, this program reads `{FORMAT}`; go on with the version of the program that wrote it",
+            "its format is `{}`, this program reads `{FORMAT}`; go on with the version of the program that wrote it, or \
+             begin a new run",
             version.format
         )));
     }
     serde_json::from_str(&text).map_err(damaged)
 }
 
-/// Whether two agents have the same networks; schedules move the rest of their settings.
+/// Whether two agents have the same networks and the same mirror; phases move the rest of their settings.
 fn same_network(a: &Agent, b: &Agent) -> bool {
     let shape = |agent: &Agent| {
         let c = agent.config();
@@ -209,15 +195,8 @@ fn same_network(a: &Agent, b: &Agent) -> bool {
             c.critic_layer_norm,
             c.n_step,
             c.batch_size,
+            agent.mirror().cloned(),
         )
     };
     shape(a) == shape(b)
-}
-
-/// What follows for the learner, apart from its threads, which change nothing.
-fn learner_settings(experiment: &Experiment) -> SacConfig {
-    SacConfig {
-        threads: 1,
-        ..super::learner_config(experiment)
-    }
 }

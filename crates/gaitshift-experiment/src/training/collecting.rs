@@ -6,8 +6,8 @@ use crate::config::Symmetry;
 use crate::run_folder::{TextLog, TrainingError};
 use gaitshift_sac::{Transitions, reflect};
 use gaitshift_task::{
-    ACTION_SIZE, EndReason, FinishedEpisode, OBSERVATION_SIZE, PhaseSettings, StepOutcome,
-    scale_observation,
+    ACTION_SIZE, EndReason, FinishedEpisode, LearnerSettings, OBSERVATION_SIZE, PhaseSettings,
+    StepOutcome, scale_observation,
 };
 use std::time::Instant;
 
@@ -24,7 +24,6 @@ pub struct Buffers {
     log_probs: Vec<f32>,
     rewards: Vec<f32>,
     entropy_scales: Vec<f32>,
-    horizon_scales: Vec<f32>,
     symmetry: Vec<f64>,
     /// ω_v under which the step is taken.
     commands: Vec<f64>,
@@ -48,7 +47,6 @@ impl Buffers {
             log_probs: vec![0.0; count],
             rewards: vec![0.0; count],
             entropy_scales: vec![0.0; count],
-            horizon_scales: vec![1.0; count],
             symmetry: vec![0.0; count],
             commands: vec![0.0; count],
             outcomes: vec![None; count],
@@ -64,6 +62,7 @@ impl Training {
     pub(super) fn collect(
         &mut self,
         settings: &PhaseSettings,
+        learner: &LearnerSettings,
         episodes: &mut TextLog,
     ) -> Result<(), TrainingError> {
         let mut from = Instant::now();
@@ -125,8 +124,7 @@ impl Training {
             let diverged = outcome.ended == Some(EndReason::Diverged);
             b.valid[i] = !diverged;
             b.rewards[i] = (outcome.terms.sum() * outcome.factor) as f32;
-            b.entropy_scales[i] = outcome.entropy_factor as f32;
-            b.horizon_scales[i] = outcome.horizon_factor as f32;
+            b.entropy_scales[i] = learner.entropy_factor(reward.scale, held) as f32;
             b.terminated[i] = outcome.ended.is_some_and(EndReason::is_termination);
             // A command that changes within the episode cuts the transition off, and its value goes on
             // under the old command: what is learned for a command is what it is worth when held, as in
@@ -156,7 +154,6 @@ impl Training {
             log_probs: &b.log_probs,
             rewards: &b.rewards,
             entropy_scales: &b.entropy_scales,
-            horizon_scales: &b.horizon_scales,
             next_observations: &b.next_observations,
             terminated: &b.terminated,
             truncated: &b.truncated,

@@ -104,7 +104,8 @@ impl Training {
     /// Keeps the controller if it is going to be rehearsed and walks best of all so far.
     fn keep_best_walk(&mut self, controller: &mut Controller) -> Result<(), TrainingError> {
         let c = &mut self.counters;
-        if c.step > self.experiment.training.rehearsal.after_steps {
+        let start = self.experiment.curriculum.rehearsal_start();
+        if start.is_none_or(|start| c.step > start) {
             return Ok(());
         }
         let task = &self.experiment.task;

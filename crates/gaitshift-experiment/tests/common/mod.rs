@@ -2,9 +2,10 @@
 #![allow(dead_code)] // Each test file uses some of it.
 
 use gaitshift_experiment::{Experiment, Judgement, Observer, Progress};
+use gaitshift_task::Overrides;
 use std::path::Path;
 
-/// A run of 6000 steps that passes through two phases, three evaluations and two checkpoints.
+/// A run of 6000 steps that passes through three phases, three evaluations and two checkpoints.
 pub const TINY: &str = r#"
 base = "fast"
 name = "tiny"
@@ -23,7 +24,6 @@ average_evaluations = 2
 checkpoint_interval_steps = 3000
 replay_capacity = 4000
 [training.rehearsal]
-after_steps = 4500
 states = 1000
 [[curriculum.phases]]
 name = "one"
@@ -31,8 +31,21 @@ steps = 2000
 omega_v = [-0.2, 0.2]
 [[curriculum.phases]]
 name = "two"
-steps = 4000
+steps = 2500
 omega_v = [-0.5, 3.5]
+learner = { learning_rate = 1e-3, horizon = 100.0 }
+learner_end = { learning_rate = 1e-4, alpha = 0.05, horizon = 60.0, entropy_share_at_zero = 0.25 }
+[curriculum.phases.randomization]
+share = 0.8
+latency_s = [0.0, 0.015]
+body = { friction = [0.6, 1.2], hip_mass_kg = [0.9, 1.1] }
+noise = { theta_rad = 0.01, h_velocity_m_per_s = 0.02 }
+[[curriculum.phases]]
+name = "three"
+steps = 1500
+omega_v = [-0.5, 3.5]
+learner = { rehearsal = 10.0 }
+learner_end = { rehearsal = 2.0 }
 [curriculum.phases.randomization]
 share = 0.8
 latency_s = [0.0, 0.015]
@@ -54,7 +67,8 @@ pub fn tiny() -> Experiment {
 pub fn unevaluated() -> Experiment {
     let mut experiment = tiny();
     experiment.training.evaluation_interval_steps = 1_000_000;
-    experiment.training.rehearsal.after_steps = 0;
+    experiment.curriculum.phases[2].learner = Overrides::default();
+    experiment.curriculum.phases[2].learner_end = Overrides::default();
     experiment
 }
 

@@ -1,0 +1,45 @@
+//! Contract: the entropy bonus falls with the command as it is told to; a learner's setting out of range is named.
+
+use gaitshift_task::{Keyed, LearnerSettings};
+
+const OWN: LearnerSettings = LearnerSettings {
+    learning_rate: 3e-4,
+    alpha: 0.2,
+    horizon: 100.0,
+    rehearsal: 0.0,
+    entropy_command_divisor: 0.0,
+    entropy_share_at_zero: 1.0,
+};
+
+#[test]
+fn the_entropy_bonus_follows_the_command() {
+    assert_eq!(OWN.entropy_factor(0.5, 2.0), 0.5);
+    let divided = LearnerSettings {
+        entropy_command_divisor: 2.0,
+        ..OWN
+    };
+    assert_eq!(divided.entropy_factor(0.5, 2.0), 0.1);
+    assert_eq!(divided.entropy_factor(0.5, -0.5), 0.5);
+    let quiet = LearnerSettings {
+        entropy_share_at_zero: 0.25,
+        ..divided
+    };
+    assert_eq!(quiet.entropy_factor(0.5, -0.5), 0.5 * 0.25);
+    assert_eq!(quiet.entropy_factor(0.5, 0.25), 0.5 * 0.625 / 1.5);
+    assert_eq!(quiet.entropy_factor(0.5, 2.0), 0.1);
+}
+
+#[test]
+fn values_out_of_range_are_named() {
+    let values = OWN.values();
+    for (name, value) in LearnerSettings::KEYS.iter().zip(values) {
+        LearnerSettings::check(name, name, value).unwrap();
+        let error = LearnerSettings::check("a.b", name, -1.0).unwrap_err();
+        assert!(error.to_string().contains("`a.b` is -1.0"), "{error}");
+        assert!(LearnerSettings::check(name, name, f64::NAN).is_err());
+        assert!(LearnerSettings::check(name, name, f64::INFINITY).is_err());
+    }
+    assert!(LearnerSettings::check("r", "learning_rate", 0.0).is_err());
+    assert!(LearnerSettings::check("h", "horizon", 0.5).is_err());
+    assert!(LearnerSettings::check("s", "entropy_share_at_zero", 1.5).is_err());
+}
