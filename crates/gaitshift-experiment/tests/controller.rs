@@ -35,13 +35,13 @@ fn controllers_of_earlier_versions_are_read_unless_their_reward_is_another() {
         Controller::from_bytes(&bytes, path)
     };
     altered(
-        "\"entropy_command_divisor\":2.0",
-        "\"entropy_command_divisor\":3.0",
+        r#"entropy_command_divisor\":2.0"#,
+        r#"entropy_command_divisor\":3.0"#,
     )
     .unwrap();
     let error = altered(
-        "\"alive_command_factor\":0.0",
-        "\"alive_command_factor\":2.0",
+        r#"alive_command_factor\":0.0"#,
+        r#"alive_command_factor\":2.0"#,
     )
     .unwrap_err()
     .to_string();
