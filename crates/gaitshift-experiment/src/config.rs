@@ -611,7 +611,7 @@ pub(crate) fn nested(path: &[&str], value: toml::Value) -> toml::Table {
 }
 
 /// What a parser says, with the key that was probably meant.
-fn parse_error(origin: &str, message: &str) -> ConfigError {
+pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
     ConfigError::Parse {
         origin: origin.to_owned(),
         message: did_you_mean(message.trim_end()),

@@ -1,9 +1,32 @@
 //! The evaluations of a run as its folder has them: the one reader of `evaluations.jsonl`.
 
+use crate::config::{ConfigError, parse_error, read};
 use crate::run_folder::{EVALUATIONS, TrainingError};
 use gaitshift_analysis::GaitClass;
 use serde::Deserialize;
 use std::path::Path;
+
+/// What run a folder holds, as far as tables and figures need it: also of a run of another version, whose configuration has
+/// other keys.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+pub struct RunName {
+    /// Name of the experiment.
+    pub name: String,
+    /// Its seed.
+    pub seed: u64,
+}
+
+impl RunName {
+    /// Reads it from the folder's `config.toml`.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or has no name or no seed.
+    pub fn read(run: &Path) -> Result<Self, ConfigError> {
+        let path = run.join("config.toml");
+        toml::from_str(&read(&path)?)
+            .map_err(|e| parse_error(&path.display().to_string(), &e.to_string()))
+    }
+}
 
 /// A line of `evaluations.jsonl`: what a run's tables, figures and pages need of it. What else stands there, the whole
 /// summary of each motion, is left out, so that a run of another version can still be compared.

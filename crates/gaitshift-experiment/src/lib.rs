@@ -27,7 +27,7 @@ pub use config::{
     load_body_overrides, load_disturbance, set_body_and_task,
 };
 pub use controller::{Controller, ControllerError, Deterministic};
-pub use evaluations::{EvaluatedChange, EvaluatedCriterion, EvaluatedMotion, Evaluation};
+pub use evaluations::{EvaluatedChange, EvaluatedCriterion, EvaluatedMotion, Evaluation, RunName};
 pub use pace::steps_per_second;
 pub use profile::{CommandProfile, ProfileError};
 pub use provenance::{Provenance, portable_command, portable_path, quoted};

@@ -3,7 +3,7 @@
 
 mod common;
 use common::EVALUATION;
-use gaitshift_experiment::Evaluation;
+use gaitshift_experiment::{Evaluation, RunName};
 
 fn read(content: &str) -> Result<Vec<Evaluation>, String> {
     let run = tempfile::tempdir().unwrap();
@@ -46,4 +46,20 @@ fn the_best_is_the_first_with_the_highest_score_and_a_new_run_has_none() {
     assert!(evaluations[0].motion(3.0).is_none());
     let empty = tempfile::tempdir().unwrap();
     assert_eq!(Evaluation::read_all(empty.path()).unwrap(), []);
+}
+
+// Runs of an earlier version could no longer be compared once a key of their configuration was no more.
+#[test]
+fn name_and_seed_of_a_run_are_read_whatever_its_other_keys() {
+    let run = tempfile::tempdir().unwrap();
+    let config = |text: &str| std::fs::write(run.path().join("config.toml"), text).unwrap();
+    config("name = \"old\"\nseed = 7\n[training.schedule]\nhorizon = []\n");
+    let RunName { name, seed } = RunName::read(run.path()).unwrap();
+    assert_eq!((name.as_str(), seed), ("old", 7));
+    config("seed = 7\n");
+    let error = RunName::read(run.path()).unwrap_err().to_string();
+    assert!(
+        error.contains("config.toml") && error.contains("`name`"),
+        "{error}"
+    );
 }

@@ -11,7 +11,7 @@ use crate::spread::{self, Spread};
 use crate::sweep;
 use gaitshift_analysis::Recording;
 use gaitshift_experiment::{
-    CommandProfile, Controller, Estimate, Evaluation, Experiment, SweepTable, VariantSummary,
+    CommandProfile, Controller, Estimate, Evaluation, RunName, SweepTable, VariantSummary,
 };
 use gaitshift_figures::{LearningCurves, learning_curves_figure};
 use serde::Serialize;
@@ -224,14 +224,13 @@ fn print_spreads(measured: &[(String, Vec<Row>)], spreads: &[Vec<Spread>]) -> Re
 
 impl Run {
     fn read(folder: &Path, name: &str) -> Result<Self, Failure> {
-        let config = folder.join("config.toml");
-        let experiment = Experiment::read(&config).map_err(Failure::input)?;
+        let of = RunName::read(folder).map_err(Failure::input)?;
         let evaluations = Evaluation::read_all(folder).map_err(Failure::input)?;
         let best = evaluations.iter().rev().max_by_key(|e| e.met);
         Ok(Self {
             name: name.to_owned(),
-            experiment: experiment.name,
-            seed: experiment.seed,
+            experiment: of.name,
+            seed: of.seed,
             evaluations: evaluations.len(),
             best_step: best.map_or(0, |e| e.step),
             best_met: best.map_or(0, |e| e.met),

@@ -94,7 +94,7 @@ fn what_cannot_be_compared_is_refused() {
         &["did you mean `friction`?"],
     );
     std::fs::create_dir(place.path("run")).unwrap();
-    place.write("run/config.toml", "base = \"fast\"\n");
+    place.write("run/config.toml", "name = \"run\"\nseed = 1\n");
     place.write("run/evaluations.jsonl", "{}\n");
     place.refused("compare run", &["evaluations.jsonl", "line 1"]);
 }

@@ -254,7 +254,8 @@ fn a_check_says_what_would_be_trained_and_trains_nothing() {
     assert_eq!(value["steps"], 6000);
     assert!(value["steps_per_s"].as_f64().unwrap() > 0.0, "{value}");
     assert_eq!(value["phases"][0]["to_step"], 6000);
-    assert!(value["warnings"].as_array().unwrap().len() > 2, "{value}");
+    let warnings = value["warnings"].to_string();
+    assert!(warnings.contains("metrics_interval_steps"), "{value}");
     let differences = value["differences"].to_string();
     assert!(differences.contains("body.friction"), "{differences}");
     assert!(!place.path("runs").exists());

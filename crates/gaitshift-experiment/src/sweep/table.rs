@@ -2,8 +2,7 @@
 
 use super::{Sweep, Variant, is_finished};
 use crate::acceptance::Criteria;
-use crate::config::Experiment;
-use crate::evaluations::{EvaluatedChange, EvaluatedMotion, Evaluation};
+use crate::evaluations::{EvaluatedChange, EvaluatedMotion, Evaluation, RunName};
 use crate::run_folder::TrainingError;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::statistics::{bootstrap_interval, interquartile_mean, mean};
@@ -209,15 +208,15 @@ impl SweepTable {
     pub fn of_runs(name: &str, runs: &[&Path]) -> Result<Self, TrainingError> {
         let (mut variants, mut trials): (Vec<Variant>, Vec<TrialSummary>) = Default::default();
         for run in runs {
-            let experiment = Experiment::read(&run.join("config.toml"))?;
-            if variants.iter().all(|v| v.name != experiment.name) {
+            let RunName { name, seed } = RunName::read(run)?;
+            if variants.iter().all(|v| v.name != name) {
                 variants.push(Variant {
-                    name: experiment.name.clone(),
+                    name: name.clone(),
                     reason: String::new(),
                     values: Vec::new(),
                 });
             }
-            trials.extend(TrialSummary::read(run, &experiment.name, experiment.seed)?);
+            trials.extend(TrialSummary::read(run, &name, seed)?);
         }
         Ok(Self::of(name.to_owned(), &variants, true, trials))
     }
