@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 /// Something to compare.
 enum Item {
     Controller(Box<Subject>),
-    Recording(Recording),
+    Recording(Box<Recording>),
 }
 
 /// A row with the name of what it is of.
@@ -141,7 +141,7 @@ fn load(path: &Path, a: &CompareArguments) -> Result<Item, Failure> {
         .is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
     {
         let recording = Recording::read_csv(path).map_err(Failure::input)?;
-        return Ok(Item::Recording(recording));
+        return Ok(Item::Recording(Box::new(recording)));
     }
     let controller = if path.as_os_str() == "shipped" && !path.exists() {
         Controller::shipped()
