@@ -16,6 +16,13 @@ mod training;
 use gaitshift_analysis::recording::COLUMNS;
 use gaitshift_task::{OBSERVATION_NAMES, OBSERVATION_SCALE, info_names};
 use pyo3::prelude::*;
+use std::ffi::OsString;
+
+/// Runs the program with a command line, its own name first, and gives its exit code.
+#[pyfunction]
+fn program(py: Python<'_>, command_line: Vec<OsString>) -> u8 {
+    py.detach(|| gaitshift::run(command_line))
+}
 
 #[pymodule(name = "_native")]
 fn native(m: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -24,6 +31,7 @@ fn native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<controller::Controller>()?;
     m.add_class::<recording::Recording>()?;
     m.add_class::<sac::Sac>()?;
+    m.add_function(wrap_pyfunction!(program, m)?)?;
     m.add_function(wrap_pyfunction!(body::reward_terms, m)?)?;
     m.add_function(wrap_pyfunction!(training::train, m)?)?;
     m.add_function(wrap_pyfunction!(training::resume, m)?)?;

@@ -154,6 +154,10 @@ where my-body.toml is, for instance:
   [body]
   foot_mass_kg = 2.0")]
 pub struct TrainArguments {
+    /// The command line that asks for it, without what belongs to one machine.
+    #[arg(skip)]
+    pub command: String,
+
     /// Recipe (`fast`, `paper`, `journal`) or TOML file
     #[arg(value_name = "RECIPE|FILE.toml", default_value = "fast")]
     pub experiment: String,

@@ -3,7 +3,6 @@
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::Path;
-use std::process::ExitCode;
 
 /// Why a command did not do what it was asked for.
 #[derive(Debug)]
@@ -40,21 +39,21 @@ impl Failure {
     }
 
     /// Says what is wrong and gives the exit code.
-    pub fn report(self) -> ExitCode {
+    pub fn report(self) -> u8 {
         let (message, code) = match self {
             Self::Input(message) => (message, 2),
             Self::Run(message) => (message, 1),
             // Whoever reads has seen enough, as in `gaitshift evaluate | head -3`.
             Self::Output(cause) if cause.kind() == io::ErrorKind::BrokenPipe => {
-                return ExitCode::SUCCESS;
+                return 0;
             }
             Self::Output(cause) => (format!("cannot write to standard output: {cause}"), 1),
-            Self::Interrupted => return ExitCode::from(130),
-            Self::Unmet => return ExitCode::FAILURE,
+            Self::Interrupted => return 130,
+            Self::Unmet => return 1,
         };
         // If standard error is closed, nobody is there to be told.
         let _ = writeln!(io::stderr(), "error: {message}");
-        ExitCode::from(code)
+        code
     }
 }
 

@@ -6,9 +6,7 @@ use crate::output;
 use crate::progress::{Watcher, count, duration};
 use crate::spread::Moments;
 use crate::view;
-use gaitshift_experiment::{
-    Experiment, RunReport, Training, folder_name, portable_command, quoted,
-};
+use gaitshift_experiment::{Experiment, RunReport, Training, folder_name, quoted};
 use gaitshift_figures::episode_returns_figure;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -96,7 +94,7 @@ fn train_seeds(
             seed,
             ..experiment.clone()
         };
-        let training = start(experiment, &folder(seed))?;
+        let training = start(experiment, &folder(seed), arguments)?;
         let outcome = train(folder(seed), training, arguments, interrupted)?;
         outcomes.push(outcome);
         if interrupted.load(Ordering::SeqCst) {
@@ -224,7 +222,7 @@ fn prepare(arguments: &TrainArguments) -> Result<(PathBuf, Training), Failure> {
         let name = format!("{}-{}", folder_name(&experiment.name), experiment.seed);
         Path::new("runs").join(name)
     });
-    let training = start(experiment, &folder)?;
+    let training = start(experiment, &folder, arguments)?;
     Ok((folder, training))
 }
 
@@ -244,9 +242,12 @@ pub fn experiment(arguments: &TrainArguments) -> Result<Experiment, Failure> {
     Ok(experiment)
 }
 
-fn start(experiment: Experiment, folder: &Path) -> Result<Training, Failure> {
-    let command = portable_command(std::env::args_os().skip(1));
-    Training::new(experiment, folder, &command).map_err(Failure::input)
+fn start(
+    experiment: Experiment,
+    folder: &Path,
+    arguments: &TrainArguments,
+) -> Result<Training, Failure> {
+    Training::new(experiment, folder, &arguments.command).map_err(Failure::input)
 }
 
 /// The first Ctrl-C (or SIGTERM, SIGHUP) asks for a checkpoint, the second ends the program at once. SIGUSR1, with which a

@@ -67,6 +67,9 @@ class Body:
     def lowest_hip_height(self, positions: _Floats) -> float:
         """Height of the hip axis in m at which the lower sole just touches the ground."""
 
+def program(command_line: list[str]) -> int:
+    """Runs the program with a command line, its own name first, and gives its exit code."""
+
 def reward_terms(
     task: Mapping[str, Any],
     positions: _Floats,
