@@ -1,6 +1,7 @@
-//! The criteria that a finished controller has to meet, each measured on rollouts without noise.
+//! Whether a controller meets what is asked of it, each criterion measured on rollouts without noise.
 
 use crate::CommandProfile;
+use crate::criteria::{AskedChange, AskedGait, Criteria};
 use crate::rollout::{Control, Rollout};
 use gaitshift_analysis::recording::RowError;
 use gaitshift_analysis::{
@@ -10,53 +11,6 @@ use gaitshift_analysis::{
 use gaitshift_body::Body;
 use gaitshift_task::{Environment, TaskParameters};
 use serde::Serialize;
-
-/// What a controller is tried on, and the bounds it has to keep. The defaults ask for what the paper
-/// reports: walking at ω_v = 0, running at 3, its range of speeds, its costs of transport, and both
-/// changes of gait from any phase of the stride.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Criteria {
-    /// Commands held for `duration_s` each.
-    pub omega_v: Vec<f64>,
-    /// Duration of those motions, in s.
-    pub duration_s: f64,
-    /// The walking command.
-    pub walking_omega_v: f64,
-    /// The running command.
-    pub running_omega_v: f64,
-    /// Least Froude number of the walk.
-    pub walking_froude: f64,
-    /// The slowest motion has at most, the fastest at least this Froude number.
-    pub froude_span: [f64; 2],
-    /// Greatest cost of transport walking and running.
-    pub cost_of_transport: [f64; 2],
-    /// Duration of a command ramp, in s.
-    pub ramp_s: f64,
-    /// Number of different phases of the stride from which each change of gait is tried.
-    pub phases: usize,
-    /// Time of steady motion before the ramp and after it, in s.
-    pub steady_s: f64,
-    /// Least magnitude of the energy correlations.
-    pub correlation: f64,
-}
-
-impl Default for Criteria {
-    fn default() -> Self {
-        Self {
-            omega_v: (0..=7).map(|k| 0.5 * f64::from(k)).collect(),
-            duration_s: 20.0,
-            walking_omega_v: 0.0,
-            running_omega_v: 3.0,
-            walking_froude: 0.15,
-            froude_span: [0.20, 0.93],
-            cost_of_transport: [0.342, 0.347],
-            ramp_s: 0.4,
-            phases: 10,
-            steady_s: 10.0,
-            correlation: 0.5,
-        }
-    }
-}
 
 /// One criterion, what was measured and whether it holds. What is asked of a gait, its cost or its
 /// correlations, holds only of a motion that is that gait; what is asked of a change, only of one from the
@@ -73,9 +27,6 @@ pub struct Check {
     pub reason: Option<String>,
     /// How much of it is there, in [0, 1]; 1 exactly if it is met.
     pub credit: f64,
-    /// Whether it is about the walk at the walking command alone.
-    #[serde(skip)]
-    pub walking: bool,
 }
 
 /// A steady motion under one command.
@@ -83,9 +34,24 @@ pub struct Check {
 pub struct SteadyMotion {
     /// The command.
     pub omega_v: f64,
+    /// The gait that is asked for under it, if one is.
+    pub asked: Option<GaitClass>,
     /// The motion.
     #[serde(flatten)]
     pub summary: GaitSummary,
+}
+
+/// A change of gait that was tried.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TriedChange {
+    /// The command before.
+    pub from: f64,
+    /// The command after.
+    pub to: f64,
+    /// The gaits that are asked for before and after.
+    pub gaits: [GaitClass; 2],
+    /// The motions, one for each phase of the stride; none if the motion before does not last.
+    pub tries: Vec<TransitionSummary>,
 }
 
 /// The outcome of judging a controller.
@@ -93,10 +59,8 @@ pub struct SteadyMotion {
 pub struct Judgement {
     /// Steady motions, one per command.
     pub rows: Vec<SteadyMotion>,
-    /// Changes from walking to running, one per phase of the stride.
-    pub to_running: Vec<TransitionSummary>,
-    /// Changes from running to walking.
-    pub to_walking: Vec<TransitionSummary>,
+    /// Changes of gait, one for each that is asked for.
+    pub changes: Vec<TriedChange>,
     /// All criteria.
     pub checks: Vec<Check>,
 }
@@ -115,12 +79,6 @@ impl Judgement {
     /// Orders controllers: the sum of the credits.
     pub fn score(&self) -> f64 {
         self.checks.iter().map(|c| c.credit).sum()
-    }
-
-    /// How good the walk alone is: the sum of the credits of its criteria.
-    pub fn walking_score(&self) -> f64 {
-        let walking = self.checks.iter().filter(|c| c.walking);
-        walking.map(|c| c.credit).sum()
     }
 
     /// The motion at a command, if it was tried.
@@ -152,13 +110,19 @@ fn check(name: String, value: Option<f64>, outcome: Result<(), String>, nearness
         met: outcome.is_ok(),
         reason: outcome.err(),
         credit: if credit.is_finite() { credit } else { 0.0 },
-        walking: false,
     }
 }
 
 impl Check {
-    fn of_walk_if(self, walking: bool) -> Self {
-        Self { walking, ..self }
+    /// Where there is a cause that makes the value undefined, it is the reason.
+    fn because_of(self, cause: Result<(), String>) -> Self {
+        match cause {
+            Ok(()) => self,
+            Err(cause) => Self {
+                reason: Some(cause),
+                ..self
+            },
+        }
     }
 
     /// Holds only if the motion is of that gait.
@@ -257,207 +221,232 @@ pub fn judge(
     for &omega_v in &c.omega_v {
         let recording = run(&CommandProfile::constant(omega_v), c.duration_s)?;
         let summary = summarise(&recording, &AnalysisOptions::default());
-        rows.push(SteadyMotion { omega_v, summary });
+        let asked = c.gait_at(omega_v);
+        rows.push(SteadyMotion {
+            omega_v,
+            asked,
+            summary,
+        });
     }
     let mut judgement = Judgement {
         rows,
-        to_running: Vec::new(),
-        to_walking: Vec::new(),
+        changes: Vec::new(),
         checks: Vec::new(),
     };
-    let (walk_w, run_w) = (c.walking_omega_v, c.running_omega_v);
-    let walk = judgement.row(walk_w).cloned();
-    let running = judgement.row(run_w).cloned();
-    for (from, to, steady) in [(walk_w, run_w, &walk), (run_w, walk_w, &running)] {
+    for change in &c.changes {
+        let AskedChange {
+            from,
+            to,
+            phases,
+            ramp_s,
+            steady_s,
+        } = *change;
+        let mut tries = Vec::new();
         // A motion that does not last has no phases from which to change.
-        let Some(steady) = steady.as_ref().filter(|s| !s.fell) else {
-            continue;
-        };
-        let stride_s = steady.step_frequency_hz.map_or(1.0, |f| 2.0 / f);
-        for phase in 0..c.phases {
-            let start_s = c.steady_s + stride_s * phase as f64 / c.phases as f64;
-            let end_s = start_s + c.ramp_s;
-            let profile = CommandProfile::ramp(from, to, start_s, c.ramp_s);
-            let recording = run(&profile, end_s + c.steady_s)?;
-            let options = TransitionOptions::default();
-            let summary = summarise_transition(&recording, start_s, end_s, &options);
-            if to == run_w {
-                judgement.to_running.push(summary);
-            } else {
-                judgement.to_walking.push(summary);
+        if let Some(steady) = judgement.row(from).filter(|s| !s.fell) {
+            let stride_s = steady.step_frequency_hz.map_or(1.0, |f| 2.0 / f);
+            for phase in 0..phases {
+                let start_s = steady_s + stride_s * phase as f64 / phases as f64;
+                let end_s = start_s + ramp_s;
+                let profile = CommandProfile::ramp(from, to, start_s, ramp_s);
+                let recording = run(&profile, end_s + steady_s)?;
+                let options = TransitionOptions::default();
+                tries.push(summarise_transition(&recording, start_s, end_s, &options));
             }
         }
+        if let (Some(before), Some(after)) = (c.gait_at(from), c.gait_at(to)) {
+            judgement.changes.push(TriedChange {
+                from,
+                to,
+                gaits: [before, after],
+                tries,
+            });
+        }
     }
-    judgement.checks = checks(&judgement, c, walk.as_ref(), running.as_ref());
+    judgement.checks = checks(&judgement, c);
     Ok(judgement)
 }
 
-fn checks(
-    j: &Judgement,
-    c: &Criteria,
-    walk: Option<&GaitSummary>,
-    running: Option<&GaitSummary>,
-) -> Vec<Check> {
+/// What was measured of a motion; of one that does not last it says nothing.
+fn lasting(s: Option<&GaitSummary>, value: fn(&GaitSummary) -> Option<f64>) -> Option<f64> {
+    s.filter(|s| !s.fell).and_then(value)
+}
+
+fn checks(j: &Judgement, c: &Criteria) -> Vec<Check> {
     let mut checks = Vec::new();
     for row in &j.rows {
         let s = &row.summary;
-        let survives = check(
+        checks.push(check(
             format!("survives {} s at omega_v = {}", c.duration_s, row.omega_v),
             Some(s.survived_s),
             lasts(Some(s)),
             s.survived_s / c.duration_s,
-        );
-        checks.push(survives.of_walk_if(row.omega_v == c.walking_omega_v));
+        ));
     }
-    let (walk_w, run_w) = (c.walking_omega_v, c.running_omega_v);
-    // What is measured of a motion that does not last says nothing.
-    let lasting = |s: Option<&GaitSummary>, value: fn(&GaitSummary) -> Option<f64>| {
-        s.filter(|s| !s.fell).and_then(value)
-    };
-    let of_walk = |value| lasting(walk, value);
-    let of_run = |value| lasting(running, value);
-    checks.push(
-        check(
-            format!("walks at omega_v = {walk_w}: share of steps with double support"),
-            of_walk(|s| s.steps_with_double_support),
-            is_gait(walk, GaitClass::Walking),
-            of_walk(|s| {
-                let double = s.steps_with_double_support.unwrap_or(0.0);
-                Some(0.5 * double * (1.0 - s.flight.unwrap_or(0.0)))
-            })
-            .unwrap_or(0.0),
-        )
-        .of_walk_if(true),
-    );
-    let walking_froude = at_least(
-        format!(
-            "Froude number at omega_v = {walk_w} at least {}",
-            c.walking_froude
-        ),
-        of_walk(|s| s.froude),
-        c.walking_froude,
-    );
-    checks.push(
-        match lasts(walk) {
-            Ok(()) => walking_froude,
-            Err(fell) => Check {
-                reason: Some(fell),
-                ..walking_froude
-            },
-        }
-        .of_walk_if(true),
-    );
-    checks.push(check(
-        format!("runs at omega_v = {run_w}: share of steps with flight"),
-        of_run(|s| s.steps_with_flight),
-        is_gait(running, GaitClass::Running),
-        of_run(|s| {
-            let flight = s.steps_with_flight.unwrap_or(0.0);
-            Some(0.5 * flight * (1.0 - s.double_support.unwrap_or(0.0)))
-        })
-        .unwrap_or(0.0),
-    ));
+    for asked in &c.gaits {
+        checks.extend(gait_checks(asked, j.row(asked.omega_v)));
+    }
     let froude = || {
         j.rows
             .iter()
             .filter(|r| !r.summary.fell)
             .filter_map(|r| r.summary.froude)
     };
-    let least = froude().reduce(f64::min);
-    let greatest = froude().reduce(f64::max);
-    let [low, high] = c.froude_span;
-    checks.push(at_most(format!("least Froude number at most {low}"), least, low).of_walk_if(true));
-    checks.push(at_least(
-        format!("greatest Froude number at least {high}"),
-        greatest,
-        high,
-    ));
-    for (gait, s, w, bound) in [
-        (GaitClass::Walking, walk, walk_w, c.cost_of_transport[0]),
-        (GaitClass::Running, running, run_w, c.cost_of_transport[1]),
-    ] {
+    let (low, high) = (c.slowest_froude_max, c.fastest_froude_min);
+    if low > 0.0 {
+        let least = froude().reduce(f64::min);
+        checks.push(at_most(
+            format!("least Froude number at most {low}"),
+            least,
+            low,
+        ));
+    }
+    if high > 0.0 {
+        let greatest = froude().reduce(f64::max);
+        checks.push(at_least(
+            format!("greatest Froude number at least {high}"),
+            greatest,
+            high,
+        ));
+    }
+    for asked in c.gaits.iter().filter(|g| g.cost_of_transport_max > 0.0) {
+        let (gait, w, bound) = (asked.gait, asked.omega_v, asked.cost_of_transport_max);
+        let s = j.row(w);
         let cost = at_most(
             format!("cost of transport {gait} at omega_v = {w} at most {bound}"),
             lasting(s, |s| s.cost_of_transport).filter(|v| *v > 0.0),
             bound,
         );
-        checks.push(cost.only_if(s, gait).of_walk_if(w == walk_w));
+        checks.push(cost.only_if(s, gait));
     }
-    let (walking_gait, running_gait) = (GaitClass::Walking, GaitClass::Running);
-    for (from, to, gaits, steady, list) in [
-        (
-            walk_w,
-            run_w,
-            [walking_gait, running_gait],
-            walk,
-            &j.to_running,
-        ),
-        (
-            run_w,
-            walk_w,
-            [running_gait, walking_gait],
-            running,
-            &j.to_walking,
-        ),
-    ] {
-        for k in 0..c.phases {
-            let t = list.get(k);
-            let outcome = match t {
-                Some(t) => changes(t, gaits),
-                None => Err(lasts(steady).err().map_or_else(
-                    || "no motion to change from".to_owned(),
-                    |fell| format!("no motion to change from: at omega_v = {from} it {fell}"),
-                )),
-            };
-            let near = t.map_or(0.0, |t| {
-                if !t.survived {
-                    return FELL_CREDIT;
-                }
-                let [before, after] = gaits;
-                let right = [t.gait_before == Some(before), t.gait_after == Some(after)];
-                let right = right.iter().filter(|&&right| right).count();
-                SURVIVED_CREDIT + ONE_GAIT_CREDIT * right as f64
-            });
-            checks.push(check(
-                format!(
-                    "changes {from} -> {to} from phase {k}/{} of the stride: survived, s",
-                    c.phases
-                ),
-                t.map(|t| t.survived_s),
-                outcome,
-                near,
-            ));
-        }
+    for (asked, tried) in c.changes.iter().zip(&j.changes) {
+        checks.extend(change_checks(asked, tried, j.row(asked.from)));
     }
-    let b = c.correlation;
-    checks.push(
-        correlation(
-            format!("kinetic-potential correlation walking below -{b}"),
-            of_walk(|s| s.kinetic_potential_correlation),
-            -b,
-        )
-        .only_if(walk, GaitClass::Walking)
-        .of_walk_if(true),
-    );
-    let running_correlations = [
-        correlation(
-            format!("kinetic-potential correlation running (single support) above {b}"),
-            of_run(|s| s.kinetic_potential_correlation_single_support),
-            b,
-        ),
-        correlation(
-            format!("elastic-kinetic correlation running (single support) below -{b}"),
-            of_run(|s| s.elastic_kinetic_correlation_single_support),
-            -b,
-        ),
-        correlation(
-            format!("elastic-potential correlation running (single support) below -{b}"),
-            of_run(|s| s.elastic_potential_correlation_single_support),
-            -b,
-        ),
-    ];
-    checks.extend(running_correlations.map(|check| check.only_if(running, GaitClass::Running)));
+    for asked in c.gaits.iter().filter(|g| g.correlation > 0.0) {
+        let others = c.gaits.iter().filter(|g| g.gait == asked.gait).count() > 1;
+        checks.extend(correlation_checks(asked, j.row(asked.omega_v), others));
+    }
     checks
+}
+
+/// That the motion `s` is the gait asked for, and its speed.
+fn gait_checks(asked: &AskedGait, s: Option<&GaitSummary>) -> Vec<Check> {
+    let (w, gait) = (asked.omega_v, asked.gait);
+    let (what, value): (_, fn(&GaitSummary) -> Option<f64>) = match gait {
+        GaitClass::Walking => ("walks", |s| s.steps_with_double_support),
+        GaitClass::Running => ("runs", |s| s.steps_with_flight),
+        _ => ("stands", |s| s.speed_m_per_s),
+    };
+    let measured = match gait {
+        GaitClass::Walking => "share of steps with double support",
+        GaitClass::Running => "share of steps with flight",
+        _ => "speed in m/s",
+    };
+    // How much there is of its support phases, and how little of the other gait's.
+    let near = lasting(
+        s,
+        match gait {
+            GaitClass::Walking => |s| {
+                let double = s.steps_with_double_support.unwrap_or(0.0);
+                Some(0.5 * double * (1.0 - s.flight.unwrap_or(0.0)))
+            },
+            GaitClass::Running => |s| {
+                let flight = s.steps_with_flight.unwrap_or(0.0);
+                Some(0.5 * flight * (1.0 - s.double_support.unwrap_or(0.0)))
+            },
+            _ => |s| s.speed_m_per_s.map(|v| 0.5 / (1.0 + v.abs())),
+        },
+    );
+    let mut checks = vec![check(
+        format!("{what} at omega_v = {w}: {measured}"),
+        lasting(s, value),
+        is_gait(s, gait),
+        near.unwrap_or(0.0),
+    )];
+    let froude = lasting(s, |s| s.froude);
+    if asked.froude_min > 0.0 {
+        let bound = asked.froude_min;
+        let name = format!("Froude number at omega_v = {w} at least {bound}");
+        checks.push(at_least(name, froude, bound).because_of(lasts(s)));
+    }
+    if asked.froude_max > 0.0 {
+        let bound = asked.froude_max;
+        let name = format!("Froude number at omega_v = {w} at most {bound}");
+        checks.push(at_most(name, froude, bound).because_of(lasts(s)));
+    }
+    checks
+}
+
+/// That the change goes from the one gait to the other from every phase of the stride; `steady` is the motion before.
+fn change_checks(
+    asked: &AskedChange,
+    tried: &TriedChange,
+    steady: Option<&GaitSummary>,
+) -> Vec<Check> {
+    let (from, to, phases) = (asked.from, asked.to, asked.phases);
+    let of_phase = |k: usize| {
+        let t = tried.tries.get(k);
+        let outcome = match t {
+            Some(t) => changes(t, tried.gaits),
+            None => Err(lasts(steady).err().map_or_else(
+                || "no motion to change from".to_owned(),
+                |fell| format!("no motion to change from: at omega_v = {from} it {fell}"),
+            )),
+        };
+        let near = t.map_or(0.0, |t| {
+            if !t.survived {
+                return FELL_CREDIT;
+            }
+            let [before, after] = tried.gaits;
+            let right = [t.gait_before == Some(before), t.gait_after == Some(after)];
+            let right = right.iter().filter(|&&right| right).count();
+            SURVIVED_CREDIT + ONE_GAIT_CREDIT * right as f64
+        });
+        check(
+            format!("changes {from} -> {to} from phase {k}/{phases} of the stride: survived, s"),
+            t.map(|t| t.survived_s),
+            outcome,
+            near,
+        )
+    };
+    (0..phases).map(of_phase).collect()
+}
+
+/// The energy correlations of a gait. Where it is asked for at several commands, the names say at which.
+fn correlation_checks(asked: &AskedGait, s: Option<&GaitSummary>, several: bool) -> Vec<Check> {
+    let (gait, b) = (asked.gait, asked.correlation);
+    let at = if several {
+        format!(" at omega_v = {}", asked.omega_v)
+    } else {
+        String::new()
+    };
+    let of = |value| lasting(s, value);
+    let checks = match gait {
+        GaitClass::Walking => vec![correlation(
+            format!("kinetic-potential correlation walking{at} below -{b}"),
+            of(|s| s.kinetic_potential_correlation),
+            -b,
+        )],
+        _ => vec![
+            correlation(
+                format!("kinetic-potential correlation running{at} (single support) above {b}"),
+                of(|s| s.kinetic_potential_correlation_single_support),
+                b,
+            ),
+            correlation(
+                format!("elastic-kinetic correlation running{at} (single support) below -{b}"),
+                of(|s| s.elastic_kinetic_correlation_single_support),
+                -b,
+            ),
+            correlation(
+                format!("elastic-potential correlation running{at} (single support) below -{b}"),
+                of(|s| s.elastic_potential_correlation_single_support),
+                -b,
+            ),
+        ],
+    };
+    let only = checks.into_iter().map(|check| check.only_if(s, gait));
+    only.collect()
 }
 
 /// Whether it went from the first gait to the second without a fall, and if not, why.

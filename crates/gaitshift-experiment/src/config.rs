@@ -1,6 +1,8 @@
 //! One experiment as one TOML file: body, task, curriculum, learner and training, every value named.
 
+use crate::criteria::Criteria;
 use crate::rehearsal::RehearsalParameters;
+use gaitshift_analysis::GaitClass;
 use gaitshift_body::{BodyParameters, ParameterError};
 use gaitshift_sac::{SacConfig, Temperature};
 use gaitshift_task::{
@@ -116,6 +118,8 @@ pub struct Experiment {
     pub learner: SacConfig,
     /// The training loop.
     pub training: TrainingParameters,
+    /// What is asked of its controllers.
+    pub criteria: Criteria,
 }
 
 impl Default for Experiment {
@@ -129,6 +133,7 @@ impl Default for Experiment {
             curriculum: Curriculum::default(),
             learner: SacConfig::default(),
             training: TrainingParameters::default(),
+            criteria: Criteria::default(),
         }
     }
 }
@@ -379,6 +384,14 @@ impl Experiment {
             message,
         };
         t.rehearsal.validate().map_err(value_error)?;
+        self.criteria.validate("criteria.").map_err(value_error)?;
+        let walk = self.criteria.first(GaitClass::Walking);
+        if self.curriculum.rehearsal_start().is_some() && walk.is_none() {
+            return Err(value_error(
+                "a phase rehearses the walk, but `criteria.gaits` asks for none; ask for one, or rehearse nothing"
+                    .to_owned(),
+            ));
+        }
         for (name, value) in [
             ("entropy_command_divisor", t.entropy_command_divisor),
             ("entropy_share_at_zero", t.entropy_share_at_zero),

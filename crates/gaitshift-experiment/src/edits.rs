@@ -1,6 +1,6 @@
 //! What was edited in a run's configuration since its checkpoint. What the checkpoint decides cannot be edited: the
-//! learner and its settings, the seed, the sizes of the replay buffer, and the body and control period in which its
-//! episodes stand. Everything else is applied from there on.
+//! learner and its settings, the seed, the sizes of the replay buffer, the criteria by which its best controller was chosen,
+//! and the body and control period in which its episodes stand. Everything else is applied from there on.
 
 use crate::config::{ConfigError, Experiment};
 use std::collections::{BTreeMap, BTreeSet};
@@ -79,6 +79,8 @@ pub(crate) fn is_decided(key: &str, mirrored: bool, rehearsing: bool) -> bool {
     ];
     (key.starts_with("learner.") && key != "learner.threads")
         || key.starts_with("body.")
+        // By them the best controller so far was chosen.
+        || key.starts_with("criteria.")
         || keys.contains(&key)
         || (mirrored && key == "training.symmetry")
         || (rehearsing && key.starts_with("training.rehearsal."))

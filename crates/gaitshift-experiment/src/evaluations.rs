@@ -1,6 +1,7 @@
 //! The evaluations of a run as its folder has them: the one reader of `evaluations.jsonl`.
 
 use crate::config::{ConfigError, parse_error, read};
+use crate::criteria::Criteria;
 use crate::run_folder::{EVALUATIONS, TrainingError};
 use gaitshift_analysis::GaitClass;
 use serde::Deserialize;
@@ -31,6 +32,7 @@ impl RunName {
 /// A line of `evaluations.jsonl`: what a run's tables, figures and pages need of it. What else stands there, the whole
 /// summary of each motion, is left out, so that a run of another version can still be compared.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(try_from = "Line")]
 pub struct Evaluation {
     /// Environment steps.
     pub step: u64,
@@ -42,12 +44,61 @@ pub struct Evaluation {
     pub score: f64,
     /// Steady motions, one for each command, the lowest first.
     pub rows: Vec<EvaluatedMotion>,
-    /// Changes from walking to running, one for each phase of the stride.
-    pub to_running: Vec<EvaluatedChange>,
-    /// Changes from running to walking.
-    pub to_walking: Vec<EvaluatedChange>,
+    /// Changes of gait, one for each that was asked for.
+    pub changes: Vec<EvaluatedChanges>,
     /// The criteria.
     pub checks: Vec<EvaluatedCriterion>,
+}
+
+/// A line as it stands in the file.
+#[derive(Deserialize)]
+struct Line {
+    step: u64,
+    elapsed_s: f64,
+    met: usize,
+    score: f64,
+    rows: Vec<EvaluatedMotion>,
+    changes: Option<Vec<EvaluatedChanges>>,
+    /// Before criteria could be chosen, when every evaluation asked for what it asks by default.
+    to_running: Option<Vec<EvaluatedChange>>,
+    to_walking: Option<Vec<EvaluatedChange>>,
+    checks: Vec<EvaluatedCriterion>,
+}
+
+impl TryFrom<Line> for Evaluation {
+    type Error = &'static str;
+
+    fn try_from(line: Line) -> Result<Self, &'static str> {
+        let mut rows = line.rows;
+        let changes = match (line.changes, line.to_running, line.to_walking) {
+            (Some(changes), _, _) => changes,
+            (None, Some(to_running), Some(to_walking)) => {
+                let asked = Criteria::default();
+                for row in &mut rows {
+                    row.asked = asked.gait_at(row.omega_v);
+                }
+                let tries = asked.changes.iter().zip([to_running, to_walking]);
+                tries
+                    .filter_map(|(change, tries)| {
+                        Some(EvaluatedChanges {
+                            gaits: [asked.gait_at(change.from)?, asked.gait_at(change.to)?],
+                            tries,
+                        })
+                    })
+                    .collect()
+            }
+            _ => return Err("missing field `changes`"),
+        };
+        Ok(Self {
+            step: line.step,
+            elapsed_s: line.elapsed_s,
+            met: line.met,
+            score: line.score,
+            rows,
+            changes,
+            checks: line.checks,
+        })
+    }
 }
 
 /// A steady motion under one command.
@@ -55,6 +106,9 @@ pub struct Evaluation {
 pub struct EvaluatedMotion {
     /// The command.
     pub omega_v: f64,
+    /// The gait that was asked for under it, if one was.
+    #[serde(default)]
+    pub asked: Option<GaitClass>,
     /// What the motion is.
     pub gait: GaitClass,
     /// Whether it ended in a fall.
@@ -63,7 +117,27 @@ pub struct EvaluatedMotion {
     pub froude: Option<f64>,
 }
 
-/// A change of gait.
+/// A change of gait, tried from several phases of the stride.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct EvaluatedChanges {
+    /// The gaits that were asked for before and after.
+    pub gaits: [GaitClass; 2],
+    /// The motions; none if the one before does not last.
+    pub tries: Vec<EvaluatedChange>,
+}
+
+impl EvaluatedChanges {
+    /// How many of them did not fall and went from the one gait to the other.
+    pub fn made(&self) -> usize {
+        let [before, after] = self.gaits;
+        let made = |t: &&EvaluatedChange| {
+            t.survived && t.gait_before == Some(before) && t.gait_after == after
+        };
+        self.tries.iter().filter(made).count()
+    }
+}
+
+/// A change of gait from one phase of the stride.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct EvaluatedChange {
     /// Whether it did not fall.
@@ -122,8 +196,8 @@ impl Evaluation {
             .reduce(|best, e| if e.score > best.score { e } else { best })
     }
 
-    /// The motion under a command, if it was tried.
-    pub fn motion(&self, omega_v: f64) -> Option<&EvaluatedMotion> {
-        self.rows.iter().find(|row| row.omega_v == omega_v)
+    /// The motion under the first command at which a gait was asked for, if one was.
+    pub fn motion(&self, asked: GaitClass) -> Option<&EvaluatedMotion> {
+        self.rows.iter().find(|row| row.asked == Some(asked))
     }
 }

@@ -4,6 +4,7 @@
 mod acceptance;
 mod config;
 mod controller;
+mod criteria;
 mod durable;
 mod edits;
 mod evaluations;
@@ -21,13 +22,16 @@ mod sweep;
 mod tensorboard;
 mod training;
 
-pub use acceptance::{Check, Criteria, Judgement, SteadyMotion, judge};
+pub use acceptance::{Check, Judgement, SteadyMotion, TriedChange, judge};
 pub use config::{
     ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, WarmStart, did_you_mean,
     load_body_overrides, load_disturbance, set_body_and_task,
 };
 pub use controller::{Controller, ControllerError, Deterministic};
-pub use evaluations::{EvaluatedChange, EvaluatedCriterion, EvaluatedMotion, Evaluation, RunName};
+pub use criteria::{AskedChange, AskedGait, Criteria};
+pub use evaluations::{
+    EvaluatedChange, EvaluatedChanges, EvaluatedCriterion, EvaluatedMotion, Evaluation, RunName,
+};
 pub use pace::steps_per_second;
 pub use profile::{CommandProfile, ProfileError};
 pub use provenance::{Provenance, portable_command, portable_path, quoted};

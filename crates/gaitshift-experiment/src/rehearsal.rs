@@ -1,7 +1,8 @@
 //! The walk of the first phases, remembered: states of the best walk found there and what it did in
 //! them, for the learner to rehearse while it learns to run.
 
-use crate::acceptance::{Criteria, Judgement, judge};
+use crate::acceptance::{Judgement, judge};
+use crate::criteria::{AskedGait, Criteria};
 use crate::rollout::Control;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::recording::RowError;
@@ -46,10 +47,11 @@ impl Control for Shifted<'_> {
     }
 }
 
-/// How good a walk is at the walking command, and the shift of the command that makes it so: a learner
+/// How good a walk is at the command at which `asked` asks for one, and the shift of the command that makes it so: a learner
 /// left to itself finds the walk that pays best, whose speed differs from seed to seed. The score is that
 /// of the walking criteria with some room to spare, since a walk is imitated only roughly, and one more for each of
-/// the four next commands under which it walks too: at the edge of standing nothing is safe to imitate.
+/// the four next commands under which it walks too: at the edge of standing nothing is safe to imitate. Nothing where no
+/// walk is asked for.
 ///
 /// # Errors
 /// A recording that refuses a row.
@@ -57,15 +59,27 @@ pub fn best_walk(
     policy: &mut Policy,
     body: &Body,
     task: &TaskParameters,
+    asked: &Criteria,
 ) -> Result<(f64, f64), RowError> {
-    let asked = Criteria::default();
+    let mut best = (f64::NEG_INFINITY, 0.0);
+    let Some(walk) = asked.first(GaitClass::Walking) else {
+        return Ok(best);
+    };
+    let with_room = |bound: f64, room: f64| {
+        if bound > 0.0 { bound + room } else { bound }
+    };
     let criteria = Criteria {
-        phases: 0,
-        omega_v: vec![asked.walking_omega_v],
-        walking_froude: asked.walking_froude + FROUDE_ROOM,
-        froude_span: [asked.froude_span[0] - FROUDE_ROOM, asked.froude_span[1]],
-        correlation: asked.correlation + CORRELATION_ROOM,
-        ..asked
+        omega_v: vec![walk.omega_v],
+        duration_s: asked.duration_s,
+        slowest_froude_max: with_room(asked.slowest_froude_max, -FROUDE_ROOM),
+        fastest_froude_min: 0.0,
+        gaits: vec![AskedGait {
+            froude_min: with_room(walk.froude_min, FROUDE_ROOM),
+            froude_max: with_room(walk.froude_max, -FROUDE_ROOM),
+            correlation: with_room(walk.correlation, CORRELATION_ROOM),
+            ..walk.clone()
+        }],
+        changes: Vec::new(),
     };
     let mut walks = Vec::new();
     for k in -SHIFTS..=SHIFTS {
@@ -75,11 +89,10 @@ pub fn best_walk(
         walks.push((shift, judgement));
     }
     let walking = |j: &Judgement| f64::from(j.rows[0].summary.gait == GaitClass::Walking);
-    let mut best = (f64::NEG_INFINITY, 0.0);
     for near in walks.windows(5) {
         let (shift, judgement) = &near[2];
         let neighbours: f64 = [0, 1, 3, 4].map(|k| walking(&near[k].1)).iter().sum();
-        let score = judgement.walking_score() + neighbours;
+        let score = judgement.score() + neighbours;
         if score > best.0 {
             best = (score, *shift);
         }

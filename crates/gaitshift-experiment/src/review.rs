@@ -1,6 +1,5 @@
 //! What can be said of an experiment before it is trained: what differs from its base, and what looks like a mistake.
 
-use crate::acceptance::Criteria;
 use crate::config::{ConfigError, Experiment, read};
 use crate::edits::edits;
 use std::path::Path;
@@ -108,14 +107,12 @@ fn unreached(e: &Experiment) -> Vec<String> {
     };
     let low = ranges().fold(f64::INFINITY, |low, range| low.min(range[0]));
     let high = ranges().fold(f64::NEG_INFINITY, |high, range| high.max(range[1]));
-    let criteria = Criteria::default();
-    for (gait, omega_v) in [
-        ("walking", criteria.walking_omega_v),
-        ("running", criteria.running_omega_v),
-    ] {
+    for asked in &e.criteria.gaits {
+        let (gait, omega_v) = (asked.gait, asked.omega_v);
         if !(low..=high).contains(&omega_v) {
             warnings.push(format!(
-                "no phase reaches the command {omega_v}, at which {gait} is judged: commands are drawn from {low} to {high}"
+                "no phase reaches the command {omega_v}, at which {gait} is judged: commands are drawn from {low} to {high}; \
+                 `[criteria]` says what is judged"
             ));
         }
     }

@@ -11,7 +11,7 @@ mod collecting;
 mod counting;
 mod evaluating;
 
-use crate::acceptance::{Criteria, Judgement};
+use crate::acceptance::Judgement;
 use crate::config::{Experiment, Symmetry};
 use crate::controller::Controller;
 use crate::rehearsal::best_walk;
@@ -83,7 +83,6 @@ pub struct Training {
     edits: Vec<String>,
     /// What `run` tells first.
     notes: Vec<String>,
-    criteria: Criteria,
     mirror: Mirror,
     agent: Agent,
     replay: ReplayBuffer,
@@ -186,7 +185,6 @@ impl Training {
                 ..Counters::default()
             },
             buffers: Buffers::new(count),
-            criteria: Criteria::default(),
             mirror: task_mirror(),
             agent,
             replay,
@@ -318,7 +316,7 @@ impl Training {
         };
         let (step, mut policy) = (walk.provenance.environment_steps, walk.policy);
         let (body, e) = (self.batch.body(), &self.experiment);
-        let (score, shift) = best_walk(&mut policy, body, &e.task)
+        let (score, shift) = best_walk(&mut policy, body, &e.task, &e.criteria)
             .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
         let rehearsal =
             e.training
@@ -333,7 +331,7 @@ impl Training {
         self.agent.rehearse(rehearsal, e.training.rehearsal.rows)?;
         Ok(format!(
             "rehearsing the walk of step {step} from here on: {states} states, command shifted by {shift:+.3}, \
-             score {score:.1} of 10"
+             score {score:.1}"
         ))
     }
 

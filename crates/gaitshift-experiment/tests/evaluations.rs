@@ -3,6 +3,7 @@
 
 mod common;
 use common::EVALUATION;
+use gaitshift_analysis::GaitClass;
 use gaitshift_experiment::{Evaluation, RunName};
 
 fn read(content: &str) -> Result<Vec<Evaluation>, String> {
@@ -42,8 +43,9 @@ fn the_best_is_the_first_with_the_highest_score_and_a_new_run_has_none() {
         evaluation.step = step as u64;
     }
     assert_eq!(Evaluation::best(&evaluations).unwrap().step, 1);
-    assert_eq!(evaluations[0].motion(0.0).unwrap().froude, Some(0.2));
-    assert!(evaluations[0].motion(3.0).is_none());
+    let walk = evaluations[0].motion(GaitClass::Walking).unwrap();
+    assert_eq!((walk.omega_v, walk.froude), (0.0, Some(0.2)));
+    assert!(evaluations[0].motion(GaitClass::Running).is_none());
     let empty = tempfile::tempdir().unwrap();
     assert_eq!(Evaluation::read_all(empty.path()).unwrap(), []);
 }
@@ -62,4 +64,27 @@ fn name_and_seed_of_a_run_are_read_whatever_its_other_keys() {
         error.contains("config.toml") && error.contains("`name`"),
         "{error}"
     );
+}
+
+/// Before criteria could be chosen a line had its changes under two names, and the commands of the gaits were known.
+#[test]
+fn a_line_of_before_says_the_same() {
+    let asked = "\"omega_v\":0.0,\"asked\":\"walking\",";
+    let changes = "\"changes\":[{\"from\":0.0,\"to\":3.0,\"gaits\":[\"walking\",\"running\"],\"tries\":[{\"survived\":true,\
+        \"gait_before\":\"walking\",\"gait_after\":\"running\"}]},{\"from\":3.0,\"to\":0.0,\"gaits\":[\"running\",\"walking\"],\
+        \"tries\":[]}]";
+    let old = line(1.0);
+    let (start, end) = (
+        old.find("\"to_running\"").unwrap(),
+        old.find(",\"checks\"").unwrap(),
+    );
+    let new = format!("{}{changes}{}", &old[..start], &old[end..]);
+    let new = new.replace("\"omega_v\":0.0,", asked);
+    let evaluations = read(&(old + &new)).unwrap();
+    assert_eq!(evaluations[0], evaluations[1]);
+    assert_eq!(evaluations[0].changes[0].made(), 1);
+    assert_eq!(evaluations[0].changes[1].made(), 0);
+    let without = new.replace(changes, "\"more\":1");
+    let error = read(&without).unwrap_err();
+    assert!(error.contains("`changes`"), "{error}");
 }

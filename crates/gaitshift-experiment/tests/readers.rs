@@ -347,6 +347,11 @@ fn experiments() {
                 .into_bytes(),
         );
     }
+    seeds.push(
+        "[criteria]\nomega_v = [0, 2]\n[[criteria.gaits]]\nomega_v = 0\ngait = \"walking\"\n[[criteria.gaits]]\n\
+         omega_v = 2\ngait = \"running\"\n[[criteria.changes]]\nfrom = 0\nto = 2\n"
+            .into(),
+    );
     try_damaged(1000, seeds, |bytes| {
         let text = String::from_utf8_lossy(bytes);
         if let Ok(experiment) = Experiment::parse(&text, "e.toml") {

@@ -3,7 +3,7 @@
 //! for the same seed. The best shift is one under which the walk meets what it can.
 
 use gaitshift_body::Body;
-use gaitshift_experiment::{Controller, RehearsalParameters, best_walk};
+use gaitshift_experiment::{Controller, Criteria, RehearsalParameters, best_walk};
 use gaitshift_sac::{Agent, Rehearsal};
 use gaitshift_task::{ACTION_SIZE, Curriculum, OBSERVATION_SCALE, OBSERVATION_SIZE, PhaseSettings};
 
@@ -60,17 +60,27 @@ fn states_and_answers_of_the_shipped_walk() {
 
 #[test]
 fn a_policy_that_only_falls_leaves_little_and_a_poor_walk() {
+    let asked = Criteria::default();
     let mut controller = Controller::shipped().unwrap();
     let body = Body::new(controller.body.clone()).unwrap();
-    let (score, shift) = best_walk(&mut controller.policy, &body, &controller.task).unwrap();
+    let (score, shift) =
+        best_walk(&mut controller.policy, &body, &controller.task, &asked).unwrap();
     // All of survival, gait, both bounds of speed, cost; and the correlation in part.
     assert!(score > 5.0 && shift.abs() <= 0.3, "{score} {shift}");
 
     let agent = Agent::new(Default::default(), OBSERVATION_SIZE, ACTION_SIZE, None, 1).unwrap();
     let whole = remember(&mut controller, 0.0, 1).rows();
     controller.policy = agent.policy();
-    let (poor, _) = best_walk(&mut controller.policy, &body, &controller.task).unwrap();
+    let (poor, _) = best_walk(&mut controller.policy, &body, &controller.task, &asked).unwrap();
     assert!(poor < 2.0, "{poor}");
     let rows = remember(&mut controller, 0.0, 1).rows();
     assert!(rows < whole / 2, "{rows} of {whole}");
+    // Where no walk is asked for none is the best.
+    let none = Criteria {
+        gaits: Vec::new(),
+        changes: Vec::new(),
+        ..asked
+    };
+    let (no_walk, _) = best_walk(&mut controller.policy, &body, &controller.task, &none).unwrap();
+    assert_eq!(no_walk, f64::NEG_INFINITY);
 }

@@ -3,7 +3,7 @@
 use crate::actor::Cast;
 use gaitshift_analysis::GaitClass;
 use gaitshift_body::Body;
-use gaitshift_experiment::{Controller, Criteria, Evaluation};
+use gaitshift_experiment::{Controller, Evaluation};
 use serde::Serialize;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -220,9 +220,8 @@ impl RunView {
 
 impl ShownEvaluation {
     fn of(evaluation: Evaluation) -> Self {
-        let criteria = Criteria::default();
-        let is = |omega_v: f64, gait: GaitClass| {
-            let motion = evaluation.motion(omega_v)?;
+        let is = |gait: GaitClass| {
+            let motion = evaluation.motion(gait)?;
             Some(motion.gait == gait)
         };
         let checks = &evaluation.checks;
@@ -230,8 +229,8 @@ impl ShownEvaluation {
             step: evaluation.step,
             met: checks.iter().filter(|check| check.met).count(),
             criteria: checks.len(),
-            walking: is(criteria.walking_omega_v, GaitClass::Walking),
-            running: is(criteria.running_omega_v, GaitClass::Running),
+            walking: is(GaitClass::Walking),
+            running: is(GaitClass::Running),
             unmet: checks
                 .iter()
                 .filter(|check| !check.met)

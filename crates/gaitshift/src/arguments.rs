@@ -345,7 +345,9 @@ Examples:
   gaitshift evaluate --set friction=0.6 --set hip_mass_kg=25
   gaitshift evaluate --push 150@5 --latency 10ms --noise theta_velocity=0.1
   gaitshift evaluate --omega-v 0,3 --seed 1..12 --slope 2deg@2 --step-up 0.01
-  gaitshift evaluate --criteria --json")]
+  gaitshift evaluate --criteria --json
+  gaitshift evaluate --controller runs/mine-1 --criteria
+  gaitshift evaluate --criteria slow.toml")]
 pub struct EvaluateArguments {
     /// What moves.
     #[command(flatten)]
@@ -383,10 +385,12 @@ pub struct EvaluateArguments {
 
     /// Check all criteria of a finished controller; exit code 1 if one is not met
     ///
-    /// 20 s without a fall at each ω_v from 0 to 3.5, a walk at 0 and a run at 3, speeds, costs of
-    /// transport, energy correlations, and changes of gait from ten phases of the stride both ways.
-    #[arg(long, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "seed", "out"])]
-    pub criteria: bool,
+    /// Those of a TOML file: its table [criteria], or the keys of that table by themselves. Without a file,
+    /// those that the run of --controller DIR asks for, otherwise the paper's 39: 20 s without a fall at each
+    /// ω_v from 0 to 3.5, a walk at 0 and a run at 3, speeds, costs of transport, energy correlations, and
+    /// changes of gait from ten phases of the stride both ways.
+    #[arg(long, value_name = "FILE.toml", num_args = 0..=1, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "seed", "out"])]
+    pub criteria: Option<Option<PathBuf>>,
 
     /// Folder for the recordings (CSV) and a figure of all commands (SVG, PNG) [default: none written]
     #[arg(long, value_name = "DIR")]

@@ -33,6 +33,7 @@ struct Report {
     steps: u64,
     steps_per_s: Option<f64>,
     phases: Vec<Phase>,
+    criteria: String,
     differences: Vec<String>,
     warnings: Vec<String>,
 }
@@ -51,6 +52,7 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
         steps: experiment.curriculum.total_steps(),
         steps_per_s,
         phases: phases(&experiment, steps_per_s),
+        criteria: experiment.criteria.to_string(),
         differences: review.differences,
         warnings: review.warnings,
     };
@@ -106,6 +108,8 @@ fn print(r: &Report) -> Result<(), Failure> {
             output::line(&format!("    {change}"))?;
         }
     }
+    output::line("")?;
+    output::line(&format!("Judged by {}.", r.criteria))?;
     let list = |title: &str, lines: &[String]| -> Result<(), Failure> {
         output::line("")?;
         output::line(title)?;

@@ -8,10 +8,13 @@ use crate::output;
 use crate::transition::{self, Change};
 use crate::{evaluate, render};
 use gaitshift_analysis::{Recording, TransitionOptions, summarise_transition};
-use gaitshift_experiment::{CommandProfile, Criteria};
+use gaitshift_experiment::{AskedChange, CommandProfile, Criteria};
 use gaitshift_figures::AnimationOptions;
 use std::path::{Path, PathBuf};
 
+/// The commands of the paper's walk and run.
+const WALK: f64 = 0.0;
+const RUN: f64 = 3.0;
 /// Duration of steady motions, and the time of each from which a stride is drawn, in s.
 const STEADY_S: f64 = 20.0;
 const STRIDE_AT_S: f64 = 15.0;
@@ -34,7 +37,8 @@ pub fn run(arguments: &DemoArguments) -> Result<(), Failure> {
     let folder = &arguments.out;
     output::create_folder(folder)?;
     let criteria = Criteria::default();
-    let (walk, run) = (criteria.walking_omega_v, criteria.running_omega_v);
+    let change = AskedChange::new(WALK, RUN);
+    let (walk, run) = (WALK, RUN);
 
     output::line(&format!(
         "{}, {STEADY_S} s at each command, measured from {SETTLING_S} s on",
@@ -57,8 +61,8 @@ pub fn run(arguments: &DemoArguments) -> Result<(), Failure> {
     files.extend(evaluate::write_sweep(&[sweep], folder)?);
 
     for (from, to, file) in [(walk, run, "walk-to-run"), (run, walk, "run-to-walk")] {
-        let steady_s = criteria.steady_s;
-        let change = Change::ramp(from, to, steady_s, criteria.ramp_s, steady_s);
+        let steady_s = change.steady_s;
+        let change = Change::ramp(from, to, steady_s, change.ramp_s, steady_s);
         let recording = subject.record(&change.profile, change.duration_s)?;
         let (start_s, end_s) = change.ramp;
         let summary =
@@ -75,7 +79,7 @@ pub fn run(arguments: &DemoArguments) -> Result<(), Failure> {
     }
 
     let path = folder.join("walk-run-walk.gif");
-    write_round_trip(&mut subject, &criteria, &path)?;
+    write_round_trip(&mut subject, change.ramp_s, &path)?;
     files.insert(0, path);
     output::line("")?;
     output::written(&files)
@@ -100,15 +104,10 @@ fn stride(
 }
 
 /// Animates the way from one gait to the other and back.
-fn write_round_trip(
-    subject: &mut Subject,
-    criteria: &Criteria,
-    path: &Path,
-) -> Result<(), Failure> {
-    let (walk, run) = (criteria.walking_omega_v, criteria.running_omega_v);
-    let profile = CommandProfile::constant(walk)
-        .then_ramp(run, RUN_AT_S, criteria.ramp_s)
-        .then_ramp(walk, WALK_AT_S, criteria.ramp_s);
+fn write_round_trip(subject: &mut Subject, ramp_s: f64, path: &Path) -> Result<(), Failure> {
+    let profile = CommandProfile::constant(WALK)
+        .then_ramp(RUN, RUN_AT_S, ramp_s)
+        .then_ramp(WALK, WALK_AT_S, ramp_s);
     let recording = subject.record(&profile, ROUND_TRIP_S)?;
     if recording.metadata.fell {
         output::note(&format!(

@@ -34,14 +34,16 @@ struct Verdict<'a> {
 pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     let mut subject = Subject::load(&arguments.subject)?;
     let disturbance = arguments.disturbances.read()?;
-    if arguments.criteria && disturbance.is_some() {
+    if arguments.criteria.is_some() && disturbance.is_some() {
         return Err(Failure::input(
             "--criteria measures undisturbed motions; leave out the disturbances, or use `gaitshift stress`",
         ));
     }
     subject.disturb(disturbance);
-    if arguments.criteria {
-        return run_criteria(&mut subject, arguments.json);
+    if let Some(file) = &arguments.criteria {
+        let (criteria, origin) =
+            criteria(file.as_deref(), arguments.subject.controller.as_deref())?;
+        return run_criteria(&mut subject, &criteria, &origin, arguments.json);
     }
     let seeds: Vec<u64> = arguments.seed.iter().flat_map(|s| s.0.clone()).collect();
     let (rows, files) = measure(&mut subject, arguments, &seeds)?;
@@ -175,11 +177,28 @@ pub fn write_sweep(
         .map_err(output::figure_failure)
 }
 
+/// The criteria of a file; without one those of the run whose folder stands for its controller, otherwise the paper's.
+/// And where they come from.
+fn criteria(file: Option<&Path>, controller: Option<&Path>) -> Result<(Criteria, String), Failure> {
+    let run = controller.filter(|path| path.join("config.toml").is_file());
+    let (criteria, origin) = match (file, run) {
+        (Some(file), _) => (Criteria::load(file), file.display().to_string()),
+        (None, Some(run)) => (Criteria::of_run(run), format!("of {}", run.display())),
+        (None, None) => (Ok(Criteria::default()), "the paper's".to_owned()),
+    };
+    Ok((criteria.map_err(Failure::input)?, origin))
+}
+
 /// Judges by the criteria of a finished controller.
-fn run_criteria(subject: &mut Subject, json: bool) -> Result<(), Failure> {
+fn run_criteria(
+    subject: &mut Subject,
+    criteria: &Criteria,
+    origin: &str,
+    json: bool,
+) -> Result<(), Failure> {
     let name = subject.name.clone();
     let (body, task, mut policy) = subject.parts();
-    let judgement = judge(body, task, &Criteria::default(), &mut policy).map_err(Failure::run)?;
+    let judgement = judge(body, task, criteria, &mut policy).map_err(Failure::run)?;
     let verdict = Verdict {
         accepted: judgement.accepted(),
         met: judgement.met(),
@@ -188,7 +207,7 @@ fn run_criteria(subject: &mut Subject, json: bool) -> Result<(), Failure> {
     if json {
         output::json(&verdict)?;
     } else {
-        output::line(&name)?;
+        output::line(&format!("{name}; {criteria} ({origin})"))?;
         let rows = judgement
             .rows
             .iter()

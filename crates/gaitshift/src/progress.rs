@@ -2,7 +2,7 @@
 
 use crate::output;
 use gaitshift_analysis::GaitClass;
-use gaitshift_experiment::{Criteria, Judgement, Observer, Progress};
+use gaitshift_experiment::{Judgement, Observer, Progress};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::VecDeque;
 use std::io::IsTerminal;
@@ -153,18 +153,25 @@ impl Observer for Watcher {
     }
 }
 
-/// Whether it walks and runs yet.
+/// Whether it has the gaits yet that are asked for.
 fn verdict(judgement: &Judgement) -> String {
-    let criteria = Criteria::default();
-    let does = |omega_v: f64, gait: GaitClass, verb: &str| {
-        let does = judgement.row(omega_v).is_some_and(|row| row.gait == gait);
-        format!("{} {verb}", if does { "does" } else { "does not yet" })
+    let verbs = [
+        (GaitClass::Walking, "walk"),
+        (GaitClass::Running, "run"),
+        (GaitClass::Standing, "stand"),
+    ];
+    let does = |(gait, verb): (GaitClass, &str)| {
+        let asked = judgement.rows.iter().filter(|row| row.asked == Some(gait));
+        let does: Vec<bool> = asked.map(|row| row.summary.gait == gait).collect();
+        let is = if does.iter().all(|&does| does) {
+            "does"
+        } else {
+            "does not yet"
+        };
+        (!does.is_empty()).then(|| format!("{is} {verb}"))
     };
-    format!(
-        "{}, {}",
-        does(criteria.walking_omega_v, GaitClass::Walking, "walk"),
-        does(criteria.running_omega_v, GaitClass::Running, "run")
-    )
+    let all: Vec<String> = verbs.into_iter().filter_map(does).collect();
+    all.join(", ")
 }
 
 /// Over the lines of evaluations, which fit 80 columns: what their columns are.

@@ -1,5 +1,5 @@
 //! Contract: docs/deviations.md explains every key of an experiment (two keys were added without a line there), and the
-//! commands that README.md and docs/ show are ones that the program takes.
+//! commands and experiments that README.md and docs/ show are ones that the program takes.
 
 mod common;
 use common::Place;
@@ -39,6 +39,36 @@ fn every_key_has_its_line() {
             || key.starts_with("task.start.");
         assert!(explained, "docs/deviations.md has no line about `{key}`");
     }
+}
+
+/// Experiments that a page shows.
+fn experiments(page: &str) -> Vec<Experiment> {
+    let blocks = page.split("```toml\n").skip(1);
+    let texts = blocks.map(|block| block.split("```").next().unwrap());
+    texts
+        .map(|text| Experiment::parse(text, "example").unwrap_or_else(|e| panic!("{e}\n{text}")))
+        .collect()
+}
+
+#[test]
+fn every_experiment_that_is_shown_is_one() {
+    for page in [
+        include_str!("../../../README.md"),
+        include_str!("../../../README.ja.md"),
+    ] {
+        let [mine] = &experiments(page)[..] else {
+            panic!("one experiment is shown")
+        };
+        // What went wrong: its phases inherited a course of the recipe that cut them in the middle.
+        let rate = |step| mine.learner_at(step).learning_rate;
+        assert_eq!([0, 1_000_000, 1_999_999].map(rate), [5e-4; 3]);
+        assert!((rate(3_500_000) - 3e-4).abs() < 1e-12);
+        assert_eq!(mine.curriculum.rehearsal_start(), None);
+        assert_eq!(mine.criteria.count(), 39);
+    }
+    let shown = experiments(include_str!("../../../docs/learning.md"));
+    let counts: Vec<usize> = shown.iter().map(|e| e.criteria.count()).collect();
+    assert_eq!(counts, [39, 26]);
 }
 
 /// Lines of code blocks, fenced or indented, that call the program, without their comments.

@@ -204,6 +204,56 @@ fn criteria_decide_the_exit_code() {
 }
 
 #[test]
+fn criteria_are_those_of_the_file_or_of_the_run() {
+    const MINE: &str = "omega_v = [0, 3]\nduration_s = 6\nslowest_froude_max = 0\nfastest_froude_min = 0.5\nchanges = []\n\
+        [[gaits]]\nomega_v = 3\ngait = \"running\"\n";
+    let place = Place::new();
+    place.write("mine.toml", MINE);
+    let text = place.stdout("evaluate --criteria mine.toml");
+    for words in [
+        "4 criteria: 2 commands from 0 to 3, running at 3 (mine.toml)",
+        "runs at omega_v = 3",
+        "4 of 4 criteria met",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let value = place.json("evaluate --criteria=mine.toml --json");
+    assert_eq!(
+        (&value["met"], &value["accepted"]),
+        (&4.into(), &true.into())
+    );
+    assert_eq!(value["rows"][1]["asked"], "running");
+    assert!(value["rows"][0]["asked"].is_null());
+    assert_eq!(value["changes"], serde_json::json!([]));
+    // A run's folder stands for its criteria too.
+    std::fs::create_dir(place.path("run")).unwrap();
+    let shipped = include_bytes!("../../gaitshift-experiment/controllers/biped.safetensors");
+    place.write("run/controller.safetensors", shipped);
+    let table = MINE.replace("[[gaits]]", "[[criteria.gaits]]");
+    place.write(
+        "run/config.toml",
+        format!("name = \"r\"\n[criteria]\n{table}"),
+    );
+    let text = place.stdout("evaluate --controller run --criteria");
+    assert!(
+        text.contains("4 of 4") && text.contains("(of run)"),
+        "{text}"
+    );
+    // What cannot be used is named.
+    place.write("empty.toml", "omega_v = []\n");
+    place.refused(
+        "evaluate --criteria empty.toml",
+        &["empty.toml", "`omega_v` is []"],
+    );
+    place.refused("evaluate --criteria absent.toml", &["absent.toml"]);
+    place.write("skip.toml", MINE.replace("running", "skipping"));
+    place.refused(
+        "evaluate --criteria skip.toml",
+        &["skip.toml", "`skipping`", "running"],
+    );
+}
+
+#[test]
 fn a_file_that_is_no_controller_is_refused() {
     let place = Place::new();
     let shipped = include_bytes!("../../gaitshift-experiment/controllers/biped.safetensors");

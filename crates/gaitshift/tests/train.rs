@@ -256,6 +256,9 @@ fn a_check_says_what_would_be_trained_and_trains_nothing() {
     assert_eq!(value["phases"][0]["to_step"], 6000);
     let warnings = value["warnings"].to_string();
     assert!(warnings.contains("metrics_interval_steps"), "{value}");
+    assert!(text.contains("Judged by 39 criteria: 8 commands"), "{text}");
+    let asked = value["criteria"].as_str().unwrap();
+    assert!(asked.starts_with("39 criteria"), "{value}");
     let differences = value["differences"].to_string();
     assert!(differences.contains("body.friction"), "{differences}");
     assert!(!place.path("runs").exists());

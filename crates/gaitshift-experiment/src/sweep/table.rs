@@ -1,8 +1,7 @@
 //! What the trials of a sweep reached, trial by trial and variant by variant.
 
 use super::{Sweep, Variant, is_finished};
-use crate::acceptance::Criteria;
-use crate::evaluations::{EvaluatedChange, EvaluatedMotion, Evaluation, RunName};
+use crate::evaluations::{EvaluatedChanges, EvaluatedMotion, Evaluation, RunName};
 use crate::run_folder::TrainingError;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::statistics::{bootstrap_interval, interquartile_mean, mean};
@@ -48,13 +47,13 @@ pub struct VariantSummary {
     pub late_met: Option<Estimate>,
     /// Difference of `best_met` to the reference, seed by seed: mean and its bootstrap interval.
     pub effect: Option<Estimate>,
-    /// Number of seeds whose best controller walks at the lowest command evaluated.
+    /// Number of seeds whose best controller walks where that is asked for.
     pub walk: usize,
-    /// Number of seeds whose best controller runs at the running command.
+    /// Number of seeds whose best controller runs where that is asked for.
     pub run: usize,
-    /// Number of seeds whose best controller changes gait both ways from at least eight of ten phases.
+    /// Number of seeds whose best controller makes every change asked for from at least eight of ten phases.
     pub change: usize,
-    /// Number of seeds for which all three hold of one controller.
+    /// Number of seeds whose best controller has every gait and makes every change that is asked for.
     pub all: usize,
 }
 
@@ -105,11 +104,11 @@ pub struct EvaluationSummary {
     pub met: usize,
     /// Number of criteria.
     pub criteria: usize,
-    /// Gait at the lowest command.
+    /// Gait at the first command at which walking is asked for, or at the lowest.
     pub slow_gait: String,
     /// Froude number there.
     pub slow_froude: Option<f64>,
-    /// Gait at the running command.
+    /// Gait at the first command at which running is asked for, or at the highest.
     pub fast_gait: String,
     /// Froude number there.
     pub fast_froude: Option<f64>,
@@ -119,30 +118,29 @@ pub struct EvaluationSummary {
     pub to_running: usize,
     /// And back.
     pub to_walking: usize,
-    /// Whether eight of ten changes each way were survived and ended in the other gait.
+    /// Whether eight of ten tries of each change asked for were survived and ended in the other gait.
     pub changes: bool,
-    /// Whether it walks, runs and changes gait both ways.
+    /// Whether it has every gait and makes every change that is asked for.
     pub all: bool,
 }
 
 impl EvaluationSummary {
     fn of(e: &Evaluation) -> Self {
-        let changed = |list: &[EvaluatedChange], from: GaitClass, to: GaitClass| {
-            let holds = |t: &&EvaluatedChange| {
-                t.survived && t.gait_before == Some(from) && t.gait_after == to
-            };
-            list.iter().filter(holds).count()
+        let made = |from: GaitClass, to: GaitClass| {
+            let between = e.changes.iter().filter(|c| c.gaits == [from, to]);
+            between.map(EvaluatedChanges::made).sum()
         };
-        let to_running = changed(&e.to_running, GaitClass::Walking, GaitClass::Running);
-        let to_walking = changed(&e.to_walking, GaitClass::Running, GaitClass::Walking);
-        let slow = e.rows.first();
-        let fast = e.motion(Criteria::default().running_omega_v);
-        let enough = |met: usize, of: usize| of > 0 && met as f64 >= CHANGES_WANTED * of as f64;
-        let changes =
-            enough(to_running, e.to_running.len()) && enough(to_walking, e.to_walking.len());
-        let is = |motion: Option<&EvaluatedMotion>, gait: GaitClass| {
-            motion.is_some_and(|motion| motion.gait == gait)
+        let slow = e.motion(GaitClass::Walking).or(e.rows.first());
+        let fast = e.motion(GaitClass::Running).or(e.rows.last());
+        let enough = |c: &EvaluatedChanges| {
+            let tries = c.tries.len();
+            tries > 0 && c.made() as f64 >= CHANGES_WANTED * tries as f64
         };
+        let all_changes = e.changes.iter().all(enough);
+        let all_gaits = e
+            .rows
+            .iter()
+            .all(|row| row.asked.is_none_or(|asked| row.gait == asked));
         let gait = |motion: Option<&EvaluatedMotion>| {
             motion.map_or(String::new(), |motion| motion.gait.to_string())
         };
@@ -150,15 +148,15 @@ impl EvaluationSummary {
             step: e.step,
             met: e.met,
             criteria: e.checks.len(),
-            all: is(slow, GaitClass::Walking) && is(fast, GaitClass::Running) && changes,
-            changes,
+            all: all_gaits && all_changes,
+            changes: !e.changes.is_empty() && all_changes,
             slow_gait: gait(slow),
             slow_froude: slow.and_then(|r| r.froude),
             fast_gait: gait(fast),
             fast_froude: fast.and_then(|r| r.froude),
             upright: e.rows.iter().filter(|r| !r.fell).count(),
-            to_running,
-            to_walking,
+            to_running: made(GaitClass::Walking, GaitClass::Running),
+            to_walking: made(GaitClass::Running, GaitClass::Walking),
         }
     }
 }

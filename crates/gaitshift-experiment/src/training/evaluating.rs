@@ -95,7 +95,7 @@ impl Training {
         judge(
             self.batch.body(),
             &self.experiment.task,
-            &self.criteria,
+            &self.experiment.criteria,
             &mut Deterministic(policy),
         )
         .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))
@@ -108,9 +108,14 @@ impl Training {
         if start.is_none_or(|start| c.step > start) {
             return Ok(());
         }
-        let task = &self.experiment.task;
-        let (score, _) = best_walk(&mut controller.policy, self.batch.body(), task)
-            .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
+        let e = &self.experiment;
+        let (score, _) = best_walk(
+            &mut controller.policy,
+            self.batch.body(),
+            &e.task,
+            &e.criteria,
+        )
+        .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
         // Of two that are as good, the later one has been practised for longer.
         if score >= c.walking_score {
             c.walking_score = score;
