@@ -385,7 +385,7 @@ pub struct EvaluateArguments {
 
     /// Check all criteria of a finished controller; exit code 1 if one is not met
     ///
-    /// Those of a TOML file: its table [criteria], or the keys of that table by themselves. Without a file,
+    /// Those of a TOML file: its table `[criteria]`, or the keys of that table by themselves. Without a file,
     /// those that the run of --controller DIR asks for, otherwise the paper's 39: 20 s without a fall at each
     /// ω_v from 0 to 3.5, a walk at 0 and a run at 3, speeds, costs of transport, energy correlations, and
     /// changes of gait from ten phases of the stride both ways.
