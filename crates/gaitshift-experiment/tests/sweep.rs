@@ -169,6 +169,14 @@ fn values_are_run_in_every_combination() {
     assert_eq!(values[0], ("body.friction".to_owned(), "0.25".to_owned()));
     assert_eq!(folders(&sweep)[1], "friction-0-25-n_step-3/seed-1");
     assert!(sweep.reference);
+    // Criteria are set like everything else.
+    let asked = varied(
+        "set.criteria = { duration_s = 5 }\n",
+        "[vary]\nbody.friction = [0.5]",
+    )
+    .unwrap();
+    assert_eq!(asked.trials[0].experiment.criteria.duration_s, 5.0);
+    assert_eq!(asked.trials[0].experiment.criteria.count(), 39);
     // A table with `kind` is a value, and keys with the same last word keep their paths.
     let kinds = "[vary]\nlearner.temperature = [{ kind = \"fixed\", alpha = 0.1 }, { kind = \"auto\", initial = 0.5 }]";
     let sweep = varied("", kinds).unwrap();
