@@ -171,6 +171,9 @@ fn verdict(judgement: &Judgement) -> String {
         (!does.is_empty()).then(|| format!("{is} {verb}"))
     };
     let all: Vec<String> = verbs.into_iter().filter_map(does).collect();
+    if all.is_empty() {
+        return format!("{} of {} criteria", judgement.met(), judgement.checks.len());
+    }
     all.join(", ")
 }
 
