@@ -299,6 +299,7 @@ fn every_other_edit_is_applied_and_told() {
     let edits = [
         ("omega_e = ", "omega_e = 1"),
         ("threads = 1", "threads = 2"),
+        ("alpha = 0.05", "alpha = 0.01"),
         (
             "checkpoint_interval_steps = 3000",
             "checkpoint_interval_steps = 500",
@@ -315,6 +316,7 @@ fn every_other_edit_is_applied_and_told() {
     for key in [
         "task.reward.omega_e",
         "learner.threads",
+        "curriculum.phases[1].learner_end.alpha",
         "training.checkpoint_interval_steps",
     ] {
         assert!(note.contains(key), "{key}: {note}");
