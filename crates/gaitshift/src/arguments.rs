@@ -780,6 +780,21 @@ pub enum ExportFormat {
         #[arg(short, long, value_name = "FILE.onnx")]
         out: Option<PathBuf>,
     },
+    /// A folder for a model hub: a controller, its model card (README.md), its ONNX file and its MJCF body
+    ///
+    /// The card has the gaits, measured now by the criteria of the controller's run (or the paper's), the training that
+    /// made it, and its body.
+    Hub {
+        /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
+        #[arg(long, value_name = "FILE|DIR")]
+        controller: Option<PathBuf>,
+        /// Licence to be shown, e.g. mit, apache-2.0 or cc-by-4.0 [default: none is named]
+        #[arg(long, value_name = "ID")]
+        license: Option<String>,
+        /// Folder to write; files of the same names are replaced
+        #[arg(short, long, value_name = "DIR")]
+        out: PathBuf,
+    },
     /// A recording as CSV
     ///
     /// Read, checked, and written with exactly the documented columns in their order.

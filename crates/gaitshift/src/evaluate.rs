@@ -179,7 +179,10 @@ pub fn write_sweep(
 
 /// The criteria of a file; without one those of the run whose folder stands for its controller, otherwise the paper's.
 /// And where they come from.
-fn criteria(file: Option<&Path>, controller: Option<&Path>) -> Result<(Criteria, String), Failure> {
+pub fn criteria(
+    file: Option<&Path>,
+    controller: Option<&Path>,
+) -> Result<(Criteria, String), Failure> {
     let run = controller.filter(|path| path.join("config.toml").is_file());
     let (criteria, origin) = match (file, run) {
         (Some(file), _) => (Criteria::load(file), file.display().to_string()),

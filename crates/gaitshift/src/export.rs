@@ -1,12 +1,13 @@
 //! `gaitshift export`: body, controller and recording for other programs.
 
 use crate::arguments::{ChangeArguments, ExportArguments, ExportFormat};
+use crate::evaluate::criteria;
 use crate::failure::Failure;
 use crate::motion::changed;
 use crate::output;
 use gaitshift_analysis::Recording;
-use gaitshift_body::BodyParameters;
-use gaitshift_experiment::Controller;
+use gaitshift_body::{Body, BodyParameters};
+use gaitshift_experiment::{Controller, Deterministic, judge};
 use gaitshift_task::TaskParameters;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -28,6 +29,11 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             let bytes = gaitshift_export::onnx(&controller).map_err(Failure::run)?;
             put_binary(&bytes, out.as_deref())
         }
+        ExportFormat::Hub {
+            controller,
+            license,
+            out,
+        } => hub(controller.as_deref(), license.as_deref(), out),
         ExportFormat::Csv { recording, out } => {
             let recording = read(recording)?;
             // Written anew, so that unknown columns are gone and the order is the documented one.
@@ -49,6 +55,35 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             put_binary(&bytes, out.as_deref())
         }
     }
+}
+
+/// Writes a folder for a model hub.
+fn hub(path: Option<&Path>, licence: Option<&str>, out: &Path) -> Result<(), Failure> {
+    const FILE: &str = "controller.safetensors";
+    let mut controller = load(path)?;
+    let (criteria, _) = criteria(None, path)?;
+    let body = Body::new(controller.body.clone()).map_err(Failure::input)?;
+    let mut policy = Deterministic(&mut controller.policy);
+    let judgement = judge(&body, &controller.task, &criteria, &mut policy).map_err(Failure::run)?;
+    let card =
+        gaitshift_export::card(&controller, &judgement, FILE, licence).map_err(Failure::input)?;
+    let mjcf = gaitshift_export::mjcf(&controller.body, &controller.task, None);
+    let files = [
+        ("README.md", card.into_bytes()),
+        (FILE, controller.to_bytes().map_err(Failure::run)?),
+        (
+            "controller.onnx",
+            gaitshift_export::onnx(&controller).map_err(Failure::run)?,
+        ),
+        ("body.xml", mjcf.map_err(Failure::input)?.into_bytes()),
+    ];
+    output::create_folder(out)?;
+    for (name, bytes) in files {
+        let path = out.join(name);
+        std::fs::write(&path, bytes).map_err(|cause| Failure::write(&path, &cause))?;
+        output::written(&[path])?;
+    }
+    Ok(())
 }
 
 fn load(path: Option<&Path>) -> Result<Controller, Failure> {
