@@ -69,6 +69,31 @@ pub fn bootstrap_interval(
     ))
 }
 
+/// Wilson's interval at 95 % of a share of which `successes` of `trials` were seen, as `(low, high)`.
+///
+/// E. B. Wilson, J. Am. Stat. Assoc. 22, 1927: unlike the share plus and minus its standard error it is meaningful for a handful
+/// of trials, and for none or all of them. `None` without trials, or with more successes than trials.
+pub fn wilson_interval(successes: usize, trials: usize) -> Option<(f64, f64)> {
+    /// Quantile of the normal distribution at 97.5 %.
+    const Z: f64 = 1.959_963_984_540_054;
+    if successes > trials || trials == 0 {
+        return None;
+    }
+    let n = trials as f64;
+    let share = successes as f64 / n;
+    let scale = 1.0 + Z * Z / n;
+    let middle = (share + Z * Z / (2.0 * n)) / scale;
+    let half = Z / scale * (share * (1.0 - share) / n + Z * Z / (4.0 * n * n)).sqrt();
+    // At the ends the interval closes exactly; rounding must not open it.
+    let low = if successes == 0 { 0.0 } else { middle - half };
+    let high = if successes == trials {
+        1.0
+    } else {
+        middle + half
+    };
+    Some((low, high))
+}
+
 /// Pearson's correlation of two series of equal length, in [-1, 1].
 ///
 /// `None` if a series does not vary (by more than rounding) or the lengths differ.

@@ -6,6 +6,7 @@ mod common;
 use common::close;
 use gaitshift_analysis::statistics::{
     bootstrap_interval, correlation, interquartile_mean, mean, median, standard_deviation,
+    wilson_interval,
 };
 use proptest::prelude::*;
 
@@ -81,6 +82,51 @@ fn bootstrap_is_seeded() {
         bootstrap_interval(&[4.0], mean, 0.95, 10, 0),
         Some((4.0, 4.0))
     );
+}
+
+#[test]
+fn wilson_intervals_are_those_of_scipy() {
+    // scipy 1.17.1: binomtest(k, n).proportion_ci(method="wilson")
+    for (successes, trials, low, high) in [
+        (0, 10, 0.0, 0.277_532_799_862_889_26),
+        (1, 3, 0.061_491_944_720_396_26, 0.792_340_399_197_952_3),
+        (3, 5, 0.230_724_281_276_012_97, 0.882_379_225_767_352_1),
+        (7, 10, 0.396_778_147_461_145_26, 0.892_208_732_593_699),
+        (7, 50, 0.069_508_334_270_162_92, 0.261_861_937_105_857_35),
+        (20, 20, 0.838_874_841_947_180_8, 1.0),
+    ] {
+        let found = wilson_interval(successes, trials).expect("defined");
+        assert!((found.0 - low).abs() < 1e-12, "{found:?} instead of {low}");
+        assert!(
+            (found.1 - high).abs() < 1e-12,
+            "{found:?} instead of {high}"
+        );
+    }
+    assert_eq!(wilson_interval(0, 0), None);
+    assert_eq!(wilson_interval(3, 2), None);
+}
+
+#[test]
+fn interquartile_means_and_their_intervals_are_those_of_scipy() {
+    // scipy 1.17.1: stats.trim_mean(values, 0.25), as rliable takes it.
+    for (values, expected) in [
+        (&[0.5][..], 0.5),
+        (&[1.0, 2.0, 3.0], 2.0),
+        (&[3.0, 1.0, 4.0, 1.0, 5.0], 8.0 / 3.0),
+        (&[2.7, 1.8, 2.8, 1.8, 2.8, 4.5, 9.0, 4.5], 3.2),
+    ] {
+        close(interquartile_mean(values), expected);
+    }
+    // numpy.quantile over all 5^5 resamples, each with trim_mean; and scipy.stats.bootstrap(method="percentile") with 200 000.
+    for (values, low, high) in [
+        ([3.0, 1.0, 4.0, 1.0, 5.0], 1.0, 14.0 / 3.0),
+        ([36.0, 37.0, 35.0, 37.0, 33.0], 101.0 / 3.0, 37.0),
+    ] {
+        let found = bootstrap_interval(&values, interquartile_mean, 0.95, 10_000, 1);
+        let found = found.expect("defined");
+        assert!((found.0 - low).abs() < 1e-9, "{found:?} instead of {low}");
+        assert!((found.1 - high).abs() < 1e-9, "{found:?} instead of {high}");
+    }
 }
 
 proptest! {

@@ -7,6 +7,11 @@ use std::fmt::{self, Write as _};
 /// Font family of every text; the renderer has its bytes built in.
 pub(crate) const FONT: &str = "DejaVu Sans";
 
+/// The subscript v of ω_v. The font's own glyph does not fit its letters, so a small v below the base line takes its place.
+const SUBSCRIPT_V: char = '\u{1d65}';
+const SUBSCRIPT_SIZE: f64 = 0.75;
+const SUBSCRIPT_DROP: f64 = 0.22;
+
 /// A colour with opacity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ink {
@@ -307,14 +312,36 @@ impl Canvas {
             let _ = write!(self.body, r#" transform="rotate(-90 {x} {y})""#);
         }
         self.body.push('>');
+        let mut lowered = false;
         for character in text.chars() {
+            if lowered && character != SUBSCRIPT_V {
+                // Back to the base line; a shift lasts until the next.
+                let _ = write!(
+                    self.body,
+                    r#"<tspan dy="-{}">"#,
+                    Number(SUBSCRIPT_DROP * style.size)
+                );
+            }
+            let raised = lowered && character != SUBSCRIPT_V;
+            lowered = character == SUBSCRIPT_V;
             match character {
+                SUBSCRIPT_V => {
+                    let _ = write!(
+                        self.body,
+                        r#"<tspan dy="{}" font-size="{}">v</tspan>"#,
+                        Number(SUBSCRIPT_DROP * style.size),
+                        Number(SUBSCRIPT_SIZE * style.size)
+                    );
+                }
                 '<' => self.body.push_str("&lt;"),
                 '>' => self.body.push_str("&gt;"),
                 '&' => self.body.push_str("&amp;"),
                 // Characters that XML does not allow.
                 c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => self.body.push(' '),
                 c => self.body.push(c),
+            }
+            if raised {
+                self.body.push_str("</tspan>");
             }
         }
         self.body.push_str("</text>\n");

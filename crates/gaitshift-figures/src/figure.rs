@@ -14,7 +14,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// PNG file content with `scale` pixels for each user unit of the SVG.
+    /// PNG file content with `scale` pixels for each user unit of the SVG, and its resolution: a unit is 1/96 inch.
     ///
     /// # Errors
     /// [`FigureError::Option`] if `scale` is not in (0, 20], [`FigureError::Raster`] if the SVG
@@ -27,11 +27,12 @@ impl Figure {
                 allowed: "above 0 and at most 20",
             });
         }
-        raster::pixels(&self.svg, scale)?
+        let png = raster::pixels(&self.svg, scale)?
             .encode_png()
             .map_err(|cause| FigureError::Raster {
                 cause: cause.to_string(),
-            })
+            })?;
+        Ok(with_resolution(png, scale * UNITS_PER_METRE))
     }
 
     /// Writes `path` as its ending says: `.svg`, or `.png` at 2 pixels a unit. Without one of these
@@ -79,4 +80,26 @@ impl Figure {
         }
         Ok(paths)
     }
+}
+
+/// User units, which are pixels of CSS, in a metre.
+const UNITS_PER_METRE: f64 = 96.0 / 0.0254;
+/// Signature and header chunk of a PNG; the resolution's chunk follows.
+const HEADER: usize = 8 + 25;
+
+/// A PNG with a `pHYs` chunk: its pixels per metre.
+fn with_resolution(mut png: Vec<u8>, pixels_per_metre: f64) -> Vec<u8> {
+    let mut chunk = b"pHYs".to_vec();
+    let rounded = (pixels_per_metre.round() as u32).to_be_bytes();
+    chunk.extend(rounded);
+    chunk.extend(rounded);
+    chunk.push(1);
+    let mut bytes = ((chunk.len() - 4) as u32).to_be_bytes().to_vec();
+    let checksum = crc32fast::hash(&chunk);
+    bytes.extend(chunk);
+    bytes.extend(checksum.to_be_bytes());
+    if png.len() >= HEADER {
+        png.splice(HEADER..HEADER, bytes);
+    }
+    png
 }

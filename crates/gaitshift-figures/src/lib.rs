@@ -9,6 +9,7 @@
 //! - [`Frames`]: the same frame by frame, [`write_film`] and [`write_frames`] to files; [`Snapshot`]: a body at one instant;
 //! - [`strobe`]: a stride at a glance;
 //! - [`sweep_figure`]: speed, cost of transport and support against the command;
+//! - [`charts_figure`], [`bars_figure`]: panels of lines and points, bars made of parts;
 //! - [`settings_figure`]: what several settings reached, seed by seed;
 //! - [`episode_returns_figure`]: the course of a training run.
 //!
@@ -25,6 +26,7 @@ mod animation;
 mod biped;
 mod canvas;
 mod chart;
+mod charts;
 mod error;
 mod figure;
 mod film;
@@ -44,6 +46,9 @@ mod sweep;
 mod transition;
 
 pub use animation::{AnimationOptions, animate};
+pub use charts::{
+    Bar, COLUMN_WIDTH, Chart, Drawn, PAGE_WIDTH, Series, bars_figure, charts_figure, phase_between,
+};
 pub use error::FigureError;
 pub use figure::Figure;
 pub use film::{FilmFormat, find_ffmpeg, write_film, write_frames};

@@ -32,9 +32,9 @@ pub(crate) fn name(phase: SupportPhase) -> &'static str {
 /// Light enough to read curves on, and of different lightness for print without colour.
 pub(crate) fn shade(phase: SupportPhase) -> Ink {
     match phase {
-        SupportPhase::Double => Ink::hex(0xbdbdbd),
-        SupportPhase::SingleRight => RIGHT.mix(WHITE, 0.77),
-        SupportPhase::SingleLeft => LEFT.mix(WHITE, 0.75),
+        SupportPhase::Double => Ink::hex(0xadadad),
+        SupportPhase::SingleRight => RIGHT.mix(WHITE, 0.6),
+        SupportPhase::SingleLeft => LEFT.mix(WHITE, 0.87),
         SupportPhase::Flight => WHITE,
     }
 }

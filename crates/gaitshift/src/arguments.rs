@@ -36,6 +36,7 @@ Start here:
   gaitshift view                    move its slider yourself, in the browser
   gaitshift evaluate                measure it over the whole range of its command
   gaitshift train                   train such a controller from scratch
+  gaitshift reproduce --quick       the papers' claims beside what it does, on one page
 
 Units are SI, angles in radians. Results go to standard output, progress and errors to standard error.
 Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted."
@@ -56,6 +57,8 @@ pub enum Command {
     Transition(TransitionArguments),
     Stress(StressArguments),
     Compare(CompareArguments),
+    Reproduce(ReproduceArguments),
+    Report(ReportArguments),
     Render(RenderArguments),
     View(ViewArguments),
     Analyse(AnalyseArguments),
@@ -583,6 +586,69 @@ pub struct CompareArguments {
     /// Print everything as one JSON object on standard output
     #[arg(long)]
     pub json: bool,
+}
+
+/// Redoes the study: every claim and figure of the paper and its journal version beside what is found here.
+///
+/// With --quick the page is made from the shipped controller, in about a minute. Without it the study's experiments are
+/// trained first: the paper's method with and without phase I and the recipe `fast` with five seeds, without the energy term
+/// and the variants of the journal version with three. That takes days; the time is said before it begins. Ctrl-C writes
+/// checkpoints, and the same command goes on from them; what is finished is not run again.
+///
+/// Into the folder of --out: report.html (one file, which fetches nothing; it prints), figures/ (each as SVG and PNG, its
+/// numbers as CSV and JSON), claims.csv, numbers.csv, report.json, and runs/. The same controllers give the same bytes.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift reproduce --quick
+  gaitshift reproduce --dry-run
+  gaitshift reproduce --jobs 2 --out out/study")]
+pub struct ReproduceArguments {
+    /// Train nothing: the page of the shipped controller, with coarser steps
+    #[arg(long, conflicts_with_all = ["dry_run", "jobs"])]
+    pub quick: bool,
+
+    /// Only say what would be trained and how long it takes on this machine
+    #[arg(long)]
+    pub dry_run: bool,
+
+    /// Training runs at a time, 1 to 256 [default: the processors]
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub jobs: Option<u16>,
+
+    /// Folder of the page and of the runs; files of the same names are replaced
+    #[arg(long, value_name = "DIR", default_value = "out/reproduce")]
+    pub out: PathBuf,
+}
+
+/// Makes the page of `gaitshift reproduce` of any controllers.
+///
+/// Claims with verdicts, numbers beside those of people, and figures: changes of gait (Fig. 3), returns over training (Fig. 4)
+/// where a run's folder has them, energies and poses over a stride, everything against the command, the change of gait as a
+/// bifurcation, where energy goes, ground reaction forces, steps in the ground, sensor noise. Runs of one experiment are its
+/// seeds and stand together, with intervals.
+///
+/// Into the folder of --out: report.html (one file, which fetches nothing; it prints), figures/ (each as SVG and PNG, its
+/// numbers as CSV and JSON), claims.csv, numbers.csv and report.json. The same controllers give the same bytes.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift report runs/fast-1
+  gaitshift report runs/fast-1 runs/fast-2 runs/fast-3 shipped
+  gaitshift report --quick my.safetensors --out out/mine")]
+pub struct ReportArguments {
+    /// Runs' folders (their best controllers), controller files, or `shipped`
+    #[arg(value_name = "RUN|FILE|shipped", required = true)]
+    pub items: Vec<PathBuf>,
+
+    /// Coarser steps of the command, fewer starts
+    #[arg(long)]
+    pub quick: bool,
+
+    /// Folder of the page; files of the same names are replaced
+    #[arg(long, value_name = "DIR", default_value = "out/report")]
+    pub out: PathBuf,
 }
 
 /// Draws a recording: an animation (GIF, MP4, WebM or frames) and a stride at a glance (SVG, PNG).

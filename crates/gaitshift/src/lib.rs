@@ -21,6 +21,8 @@ mod motion;
 mod output;
 mod progress;
 mod render;
+mod report;
+mod reproduce;
 mod spread;
 mod stress;
 mod sweep;
@@ -64,6 +66,8 @@ pub fn run(command_line: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Transition(arguments) => transition::run(&arguments),
         Command::Stress(arguments) => stress::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Reproduce(arguments) => reproduce::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Analyse(arguments) => analyse::run(&arguments),

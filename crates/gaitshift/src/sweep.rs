@@ -42,24 +42,8 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
             Some(part) => sweep.part(part.number, part.of),
             None => sweep.clone(),
         };
-        output::note(&format!(
-            "{} trials, {jobs} at a time, in {}",
-            mine.trials.len(),
-            folder.display()
-        ));
         let command = sweep_command(&arguments.file);
-        let observer = |trial: &Trial| TrialWatcher::begin(trial, Arc::clone(&interrupted));
-        let report = mine
-            .run(&folder, jobs, &command, observer)
-            .map_err(Failure::run)?;
-        output::note(&format!(
-            "{} trials finished now, {} before",
-            report.finished, report.skipped
-        ));
-        if interrupted.load(Ordering::SeqCst) {
-            output::note("stopped with checkpoints; the same command goes on from them");
-            return Err(Failure::Interrupted);
-        }
+        train(&mine, &folder, jobs, &command, &interrupted)?;
     }
     let table = sweep.table(&folder).map_err(Failure::run)?;
     if table.trials.is_empty() {
@@ -78,12 +62,40 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     }
 }
 
+/// Runs what is not finished yet, or goes on with it, until the user stops it.
+pub fn train(
+    sweep: &Sweep,
+    folder: &Path,
+    jobs: usize,
+    command: &str,
+    interrupted: &Arc<AtomicBool>,
+) -> Result<(), Failure> {
+    output::note(&format!(
+        "{} trials, {jobs} at a time, in {}",
+        sweep.trials.len(),
+        folder.display()
+    ));
+    let observer = |trial: &Trial| TrialWatcher::begin(trial, Arc::clone(interrupted));
+    let report = sweep
+        .run(folder, jobs, command, observer)
+        .map_err(Failure::run)?;
+    output::note(&format!(
+        "{} trials finished now, {} before",
+        report.finished, report.skipped
+    ));
+    if interrupted.load(Ordering::SeqCst) {
+        output::note("stopped with checkpoints; the same command goes on from them");
+        return Err(Failure::Interrupted);
+    }
+    Ok(())
+}
+
 fn default_folder(sweep: &Sweep) -> PathBuf {
     Path::new("runs").join(folder_name(&sweep.name))
 }
 
 /// As many trials as the machine has processors for, given the learner's own threads.
-fn default_jobs(sweep: &Sweep) -> usize {
+pub fn default_jobs(sweep: &Sweep) -> usize {
     let threads = sweep.trials.iter().map(|t| t.experiment.learner.threads);
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     (processors / threads.max().unwrap_or(1)).max(1)
@@ -91,7 +103,7 @@ fn default_jobs(sweep: &Sweep) -> usize {
 
 /// Says what would be run and how long it would take, from the pace of the variants on this machine now; of many
 /// variants that of some tells the others'.
-fn foretell(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<(), Failure> {
+pub fn foretell(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<(), Failure> {
     let apart = sweep.variants.len().div_ceil(MOST_PACES);
     let (mut all_s, mut rates) = (0.0, Vec::new());
     for (index, variant) in sweep.variants.iter().enumerate() {

@@ -8,6 +8,7 @@ use crate::spread::Moments;
 use crate::view;
 use gaitshift_experiment::{Experiment, RunReport, Training, folder_name, quoted};
 use gaitshift_figures::episode_returns_figure;
+use gaitshift_report::Episodes;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -314,29 +315,12 @@ fn describe(r: &RunReport, controller: &Path) -> Vec<String> {
 
 /// Draws the return of every episode into the run's folder, in the manner of the paper's Fig. 4.
 fn write_returns(folder: &Path) -> Result<(), String> {
-    let path = folder.join("episodes.csv");
-    let text = |e: csv::Error| format!("{}: {e}", path.display());
-    let mut reader = csv::Reader::from_path(&path).map_err(text)?;
-    let (mut steps, mut returns, mut commands) = (Vec::new(), Vec::new(), Vec::new());
-    for record in reader.deserialize() {
-        let episode: Episode = record.map_err(text)?;
-        steps.push(episode.step);
-        returns.push(episode.total_reward);
-        commands.push(episode.omega_v);
-    }
-    if steps.is_empty() {
+    let episodes = Episodes::read(folder).map_err(|e| e.to_string())?;
+    if episodes.steps.is_empty() {
         return Ok(());
     }
-    episode_returns_figure(&steps, &returns, &commands)
+    episode_returns_figure(&episodes.steps, &episodes.returns, &episodes.omega_v)
         .and_then(|figure| figure.write(folder.join("returns")))
         .map(|_| ())
         .map_err(|e| e.to_string())
-}
-
-/// What the figure needs of a line of `episodes.csv`.
-#[derive(serde::Deserialize)]
-struct Episode {
-    step: f64,
-    omega_v: f64,
-    total_reward: f64,
 }

@@ -66,6 +66,13 @@ pub struct Estimate {
     pub interval: [f64; 2],
 }
 
+impl Estimate {
+    /// Interquartile mean over seeds with its interval; nothing without seeds.
+    pub fn over_seeds(values: &[f64]) -> Option<Self> {
+        estimate(values, interquartile_mean)
+    }
+}
+
 impl std::fmt::Display for Estimate {
     /// The figure and its interval, to a tenth.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -237,7 +244,7 @@ impl SweepTable {
                 };
                 let figures = |of: &dyn Fn(&TrialSummary) -> f64| {
                     let values: Vec<f64> = own.iter().map(|t| of(t)).collect();
-                    estimate(&values, interquartile_mean)
+                    Estimate::over_seeds(&values)
                 };
                 let differences: Vec<f64> = own
                     .iter()

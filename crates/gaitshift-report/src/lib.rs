@@ -1,0 +1,36 @@
+//! The study in one page: controllers measured as the paper and its journal version measured theirs, and beyond; every claim
+//! beside what was found; every figure.
+//!
+//! - [`Subject`]: a controller, the seed it was trained with, and what it is a seed of;
+//! - [`Plan`] and [`Study`]: what is measured, and what was found, of one subject;
+//! - [`Claim`] and [`judge_claims`]: the papers' claims with verdicts that are computed;
+//! - [`write_report`]: the page, its figures and its numbers;
+//! - [`study_experiments`]: the training runs of the study.
+//!
+//! Nothing is random but starts and noise, which seeds draw: the same subjects and plan give the same files, byte for byte.
+
+mod claims;
+mod episodes;
+mod error;
+mod experiments;
+mod figures;
+mod headline;
+mod page;
+mod study;
+mod subject;
+mod table;
+mod trace;
+mod write;
+
+pub use claims::{Claim, Finding, Verdict, judge_claims};
+pub use episodes::Episodes;
+pub use error::ReportError;
+pub use experiments::study_experiments;
+pub use headline::{HeadlineNumber, headline_numbers};
+pub use study::{
+    Change, Landing, Measured, NoiseTolerance, Plan, StartedMotion, Steady, StepHeight, Study,
+};
+pub use subject::Subject;
+pub use table::Table;
+pub use trace::{Trace, TraceRow};
+pub use write::write_report;

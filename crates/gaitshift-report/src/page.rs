@@ -1,0 +1,506 @@
+//! The page: one file with its style and its pictures in it, which fetches nothing.
+
+use crate::claims::{Finding, Verdict, by_sensitivity};
+use crate::figures::Shown;
+use crate::headline::HeadlineNumber;
+use crate::study::{Change, Measured, Plan, Steady, Study};
+use crate::write::Group;
+use gaitshift_analysis::GaitClass;
+use gaitshift_analysis::statistics::wilson_interval;
+use gaitshift_experiment::Estimate;
+use std::fmt::Write;
+
+const STYLE: &str = include_str!("page.css");
+
+/// Choices that the papers leave open, and what the page assumes; in full in the documentation.
+const ASSUMPTIONS: [&str; 8] = [
+    "The papers leave the body's inertias, the stroke of the actuators, the contact with the ground, the control period, the starts \
+     of episodes and more open. Every choice is a key of the experiment, listed with its reason in docs/deviations.md.",
+    "The journal version simulated in MuJoCo, whose contact is another: its numbers need not be met exactly.",
+    "Motions are without action noise. Where nothing else is said they begin at the default start, last 20 s or longer, and are \
+     measured from 5 s on.",
+    "A walk has double support and no flight in its steps, a run flight and no double support; a foot is down from 5 % of body weight \
+     until it bears less than 1 %, contacts shorter than 80 ms do not count (docs/learning.md).",
+    "Fr is v/√(g l) as in the papers. The classic Froude number is its square.",
+    "Steps in the ground are single ones, each height tried with the face at several places 5 cm apart; a height counts as survived \
+     if the body gets 4 m beyond at every place, and so it does at every lower height.",
+    "Noise is Gaussian, on one observation (of both legs) at a time, drawn anew in every control period. Its size is given in standard \
+     deviations of the observation itself in the undisturbed motion. Success is 10 m walked or 20 m run, as in the journal version.",
+    "Seeds are the unit. Over several seeds numbers are interquartile means with 95 % bootstrap intervals, shares of seeds have \
+     Wilson's interval; a single controller has none.",
+];
+
+/// The whole page.
+pub(crate) fn html(
+    plan: &Plan,
+    groups: &[Group],
+    measured: &[Measured],
+    common: &[Shown],
+    each: &[Vec<Shown>],
+    places: &[String],
+) -> String {
+    let mut page = Page::default();
+    page.push(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>Gait transition of a passive-hipped biped: the study</title>\n<style>\n",
+    );
+    page.push(STYLE);
+    page.push("</style>\n</head>\n<body>\n");
+    page.push("<h1>Gait transition of a passive-hipped biped: the paper’s claims and what was found</h1>\n");
+    page.push(
+        "<p>One controller, trained with Soft Actor-Critic, walks, runs and changes gait on one command, ω_v. This page sets every \
+         result of Koseki, Kutsuzawa, Owaki and Hayashibe (in Japanese, and Frontiers in Neurorobotics 16, 2023) beside what the \
+         controllers below do. Verdicts are computed by the rule named in each row.</p>\n",
+    );
+    page.push("<nav>");
+    for (id, name) in [
+        ("claims", "Claims"),
+        ("numbers", "Beyond the papers"),
+        ("figures", "Figures"),
+        ("tables", "Tables"),
+        ("subjects", "Controllers"),
+        ("assumptions", "Deviations and assumptions"),
+    ] {
+        page.write(format_args!("<a href=\"#{id}\">{name}</a>"));
+    }
+    page.push("</nav>\n");
+
+    page.push("<h2 id=\"claims\">Claims</h2>\n");
+    for group in groups {
+        page.group_title(group, groups.len());
+        page.counts(&group.findings);
+        page.findings(&group.findings);
+    }
+    page.push("<h2 id=\"numbers\">Beyond the papers</h2>\n");
+    page.push(
+        "<p class=\"quiet\">What the field asks of a gait. Human values are quoted from the sources named; they are of people \
+         of other size and build, and no claim of the papers.</p>\n",
+    );
+    for group in groups {
+        page.group_title(group, groups.len());
+        page.numbers(&group.numbers);
+    }
+
+    page.push("<h2 id=\"figures\">Figures</h2>\n<div class=\"figures\">\n");
+    for shown in common {
+        page.figure(shown, "figures");
+    }
+    page.push("</div>\n");
+    for (((m, own), place), index) in measured.iter().zip(each).zip(places).zip(0..) {
+        if measured.len() > 1 {
+            let open = if index == 0 { " open" } else { "" };
+            page.write(format_args!(
+                "<details{open}>\n<summary><b>{}</b>, seed {}</summary>\n",
+                Escaped(&m.study.name),
+                m.study.seed
+            ));
+        }
+        page.push("<div class=\"figures\">\n");
+        for shown in own {
+            page.figure(shown, place);
+        }
+        page.push("</div>\n");
+        if measured.len() > 1 {
+            page.push("</details>\n");
+        }
+    }
+
+    page.push("<h2 id=\"tables\">Tables</h2>\n");
+    for m in measured {
+        if measured.len() > 1 {
+            page.write(format_args!("<h3>{}</h3>\n", Escaped(&m.study.name)));
+        }
+        page.changes(&m.study);
+        page.noise(&m.study, plan);
+        page.step_heights(&m.study);
+        page.fine_step(&m.study, plan);
+    }
+
+    page.push("<h2 id=\"subjects\">Controllers</h2>\n");
+    page.subjects(measured);
+    page.push("<h2 id=\"assumptions\">Deviations and assumptions</h2>\n<ul>\n");
+    for text in ASSUMPTIONS {
+        page.write(format_args!("<li>{}</li>\n", Escaped(text)));
+    }
+    page.write(format_args!(
+        "</ul>\n<p class=\"quiet\">gaitshift {}. All numbers: <a href=\"report.json\">report.json</a>, \
+         <a href=\"claims.csv\">claims.csv</a>, <a href=\"numbers.csv\">numbers.csv</a>, and beside each figure.</p>\n</body>\n</html>\n",
+        env!("CARGO_PKG_VERSION")
+    ));
+    page.0
+}
+
+/// The page being written. Writing to a `String` cannot fail, so results of `write!` are dropped.
+#[derive(Default)]
+struct Page(String);
+
+impl Page {
+    fn push(&mut self, text: &str) {
+        self.0.push_str(text);
+    }
+
+    fn write(&mut self, text: std::fmt::Arguments) {
+        let _ = self.0.write_fmt(text);
+    }
+
+    fn group_title(&mut self, group: &Group, groups: usize) {
+        if groups > 1 || group.seeds.len() > 1 {
+            let seeds: Vec<String> = group.seeds.iter().map(u64::to_string).collect();
+            self.write(format_args!(
+                "<h3>{} (seed{} {})</h3>\n",
+                Escaped(&group.name),
+                if seeds.len() == 1 { "" } else { "s" },
+                seeds.join(", ")
+            ));
+        }
+    }
+
+    fn counts(&mut self, findings: &[Finding]) {
+        self.push("<ul class=\"counts\">");
+        for verdict in [
+            Verdict::Holds,
+            Verdict::Differs,
+            Verdict::Fails,
+            Verdict::NotMeasured,
+        ] {
+            let count = findings.iter().filter(|f| f.verdict == verdict).count();
+            self.write(format_args!(
+                "<li><b>{count}</b> <span class=\"verdict {}\">{}</span></li>",
+                class(verdict),
+                verdict.name()
+            ));
+        }
+        self.push("</ul>\n");
+    }
+
+    fn findings(&mut self, findings: &[Finding]) {
+        self.push(
+            "<div class=\"scroll\"><table>\n<thead><tr><th>from</th><th>claim</th><th class=\"number\">theirs</th>\
+             <th class=\"number\">ours</th><th>verdict</th><th>holds if</th><th>command</th></tr></thead>\n<tbody>\n",
+        );
+        for f in findings {
+            let ours = match f.verdict {
+                Verdict::NotMeasured => String::new(),
+                _ => estimate(f.estimate, f.seeds.len()),
+            };
+            self.write(format_args!(
+                "<tr><td>{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{ours}</td>\
+                 <td class=\"verdict {}\">{} {}</td><td>{}</td><td><code>{}</code></td></tr>\n",
+                Escaped(f.source),
+                Escaped(f.claim),
+                Escaped(f.theirs),
+                class(f.verdict),
+                sign(f.verdict),
+                f.verdict.name(),
+                Escaped(&f.rule),
+                Escaped(f.command)
+            ));
+        }
+        self.push("</tbody></table></div>\n");
+    }
+
+    fn numbers(&mut self, numbers: &[HeadlineNumber]) {
+        self.push(
+            "<div class=\"scroll\"><table>\n<thead><tr><th>number</th><th class=\"number\">ours</th><th>people</th>\
+             <th>command</th></tr></thead>\n<tbody>\n",
+        );
+        for n in numbers {
+            self.write(format_args!(
+                "<tr><td>{}</td><td class=\"number\">{}</td><td>{}</td><td><code>{}</code></td></tr>\n",
+                Escaped(n.name),
+                estimate(n.estimate, n.seeds.len()),
+                Escaped(n.people),
+                Escaped(n.command)
+            ));
+        }
+        self.push("</tbody></table></div>\n");
+    }
+
+    fn figure(&mut self, shown: &Shown, place: &str) {
+        let wide = if shown.wide { " class=\"wide\"" } else { "" };
+        let scroll = if shown.wide { "scroll" } else { "" };
+        let file = format!("{place}/{}", shown.name);
+        let mut files = String::new();
+        for ending in ["svg", "png", "csv", "json"] {
+            let _ = write!(
+                files,
+                " <a href=\"{}.{ending}\">{ending}</a>",
+                Escaped(&file)
+            );
+        }
+        self.write(format_args!(
+            "<figure{wide}>\n<h3>{}</h3>\n<div class=\"{scroll}\">{}</div>\n<figcaption>{} <span class=\"files\">{files}</span>\
+             </figcaption>\n</figure>\n",
+            Escaped(shown.title),
+            picture(&shown.figure.svg, shown.title),
+            Escaped(&shown.caption)
+        ));
+    }
+
+    fn changes(&mut self, study: &Study) {
+        self.push("<h3>Changes of gait by phase of the stride</h3>\n");
+        for (name, changes, from, to) in [
+            (
+                "walk to run",
+                &study.to_running,
+                GaitClass::Walking,
+                GaitClass::Running,
+            ),
+            (
+                "run to walk",
+                &study.to_walking,
+                GaitClass::Running,
+                GaitClass::Walking,
+            ),
+        ] {
+            let led = changes.iter().filter(|c| c.leads(from, to)).count();
+            let steps: Vec<String> = changes.iter().map(outcome).collect();
+            let interval = match wilson_interval(led, changes.len()) {
+                Some((low, high)) => format!(" [{low:.2}, {high:.2}]"),
+                None => String::new(),
+            };
+            self.write(format_args!(
+                "<p>{name}: {led} of {}{interval}; steps until every step is of the new gait, phase by phase: {}</p>\n",
+                changes.len(),
+                steps.join(", ")
+            ));
+        }
+    }
+
+    fn noise(&mut self, study: &Study, plan: &Plan) {
+        self.push("<h3>Noise on one observation at a time: attempts that succeed</h3>\n");
+        for (omega_v, gait) in plan.gaits.into_iter().zip(["walking", "running"]) {
+            let rows: Vec<_> = study
+                .noise
+                .iter()
+                .filter(|r| r.omega_v == omega_v)
+                .collect();
+            let mut levels: Vec<f64> = rows.iter().map(|r| r.level).collect();
+            levels.sort_by(f64::total_cmp);
+            levels.dedup();
+            if levels.is_empty() {
+                continue;
+            }
+            self.write(format_args!(
+                "<div class=\"scroll\"><table><thead><tr><th>{gait}, ω_v = {omega_v}; most sensitive first</th>"
+            ));
+            for level in &levels {
+                self.write(format_args!("<th class=\"number\">{level} sd</th>"));
+            }
+            self.push("<th class=\"number\">1 sd is</th></tr></thead><tbody>\n");
+            for name in by_sensitivity(study, omega_v) {
+                self.write(format_args!("<tr><td><code>{name}</code></td>"));
+                for level in &levels {
+                    let found = rows
+                        .iter()
+                        .find(|r| r.observation == name && r.level == *level);
+                    let text = found.map_or_else(
+                        || "0".to_owned(),
+                        |r| format!("{} of {}", r.successes, r.trials),
+                    );
+                    self.write(format_args!("<td class=\"number\">{text}</td>"));
+                }
+                let own = rows.iter().find(|r| r.observation == name);
+                let own = own.map_or(0.0, |r| r.deviation / r.level);
+                self.write(format_args!(
+                    "<td class=\"number\">{}</td></tr>\n",
+                    short(own)
+                ));
+            }
+            self.push("</tbody></table></div>\n");
+        }
+        self.push(
+            "<p class=\"quiet\">At a level with no success the next ones are not tried and count as 0.</p>\n",
+        );
+    }
+
+    fn step_heights(&mut self, study: &Study) {
+        self.push("<h3>Single steps in the ground: places passed</h3>\n<div class=\"scroll\"><table><thead><tr><th>motion</th><th>passed, by height in cm</th></tr></thead><tbody>\n");
+        let mut kinds: Vec<(f64, bool)> = Vec::new();
+        for row in &study.step_heights {
+            let kind = (row.omega_v, row.height_m > 0.0);
+            if !kinds.contains(&kind) {
+                kinds.push(kind);
+            }
+        }
+        for (omega_v, up) in kinds {
+            let rows = study
+                .step_heights
+                .iter()
+                .filter(|r| r.omega_v == omega_v && (r.height_m > 0.0) == up);
+            let cells: Vec<String> = rows
+                .map(|r| {
+                    format!(
+                        "{:.1}: {} of {}",
+                        100.0 * r.height_m.abs(),
+                        r.successes,
+                        r.trials
+                    )
+                })
+                .collect();
+            self.write(format_args!(
+                "<tr><td>ω_v = {omega_v}, {}</td><td>{}</td></tr>\n",
+                if up { "up" } else { "down" },
+                cells.join("; ")
+            ));
+        }
+        self.push("</tbody></table></div>\n");
+    }
+
+    fn fine_step(&mut self, study: &Study, plan: &Plan) {
+        self.write(format_args!(
+            "<h3>Integration step of {} ms beside {} ms</h3>\n",
+            short(1e3 * plan.fine_step_s),
+            short(1e3 * study.time_step_s)
+        ));
+        self.push(
+            "<div class=\"scroll\"><table><thead><tr><th class=\"number\">ω_v</th><th>gait</th><th>fine</th><th class=\"number\">Fr</th>\
+             <th class=\"number\">fine</th><th class=\"number\">CoT</th><th class=\"number\">fine</th>\
+             <th class=\"number\">double support</th><th class=\"number\">fine</th><th class=\"number\">flight</th><th class=\"number\">fine</th></tr></thead><tbody>\n",
+        );
+        for fine in &study.fine_step {
+            let usual = study
+                .steady
+                .iter()
+                .find(|r| (r.omega_v - fine.omega_v).abs() < 1e-9);
+            let Some(usual) = usual else {
+                continue;
+            };
+            self.write(format_args!(
+                "<tr><td class=\"number\">{}</td><td>{}</td><td>{}</td>",
+                fine.omega_v, usual.summary.gait, fine.summary.gait
+            ));
+            let values: [fn(&Steady) -> Option<f64>; 4] = [
+                |r| r.summary.froude,
+                |r| r.summary.cost_of_transport,
+                |r| r.summary.double_support,
+                |r| r.summary.flight,
+            ];
+            for of in values {
+                for row in [usual, fine] {
+                    let text = of(row).map_or_else(|| "–".to_owned(), short);
+                    self.write(format_args!("<td class=\"number\">{text}</td>"));
+                }
+            }
+            self.push("</tr>\n");
+        }
+        self.push("</tbody></table></div>\n");
+    }
+
+    fn subjects(&mut self, measured: &[Measured]) {
+        self.push(
+            "<div class=\"scroll\"><table><thead><tr><th>name</th><th>experiment</th><th class=\"number\">seed</th>\
+             <th class=\"number\">steps</th><th class=\"number\">evaluations averaged</th><th>version</th><th>command</th></tr></thead><tbody>\n",
+        );
+        for m in measured {
+            let p = &m.study.provenance;
+            self.write(format_args!(
+                "<tr><td>{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
+                 <td>{}</td><td><code>{}</code></td></tr>\n",
+                Escaped(&m.study.name),
+                Escaped(&p.experiment),
+                m.study.seed,
+                p.environment_steps,
+                p.averaged_evaluations,
+                Escaped(&p.version),
+                Escaped(&p.command)
+            ));
+        }
+        self.push("</tbody></table></div>\n");
+    }
+}
+
+/// A picture within the page: its own size is what it takes at most, and its title what a screen reader says.
+fn picture(svg: &str, title: &str) -> String {
+    svg.replacen(
+        "<svg ",
+        &format!("<svg role=\"img\" aria-label=\"{}\" ", Escaped(title)),
+        1,
+    )
+}
+
+/// What came of a change of gait, in a word or the number of steps.
+fn outcome(change: &Change) -> String {
+    match (change.survived, change.steps) {
+        (false, _) => "fell".to_owned(),
+        (true, Some(steps)) => steps.to_string(),
+        (true, None) => "no change".to_owned(),
+    }
+}
+
+fn class(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Holds => "holds",
+        Verdict::Differs => "differs",
+        Verdict::Fails => "fails",
+        Verdict::NotMeasured => "unmeasured",
+    }
+}
+
+/// So that a verdict needs no colour.
+fn sign(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Holds => "✓",
+        Verdict::Differs => "≈",
+        Verdict::Fails => "✗",
+        Verdict::NotMeasured => "·",
+    }
+}
+
+/// A number to three figures.
+fn short(value: f64) -> String {
+    let value = value + 0.0;
+    let size = value.abs();
+    let decimals = if size >= 100.0 {
+        0
+    } else if size >= 10.0 {
+        1
+    } else if size >= 0.1 || size == 0.0 {
+        2
+    } else {
+        3
+    };
+    let text = if size > 0.0 && size < 5e-4 {
+        format!("{value:.1e}")
+    } else {
+        let decimals = if (0.1..1.0).contains(&size) {
+            3
+        } else {
+            decimals
+        };
+        format!("{value:.decimals$}")
+    };
+    text.replace('-', "\u{2212}")
+}
+
+fn estimate(estimate: Option<Estimate>, seeds: usize) -> String {
+    match estimate {
+        None => "none".to_owned(),
+        Some(e) if seeds < 2 => short(e.value),
+        Some(e) => format!(
+            "{} <small>[{}, {}]</small>",
+            short(e.value),
+            short(e.interval[0]),
+            short(e.interval[1])
+        ),
+    }
+}
+
+/// A text as HTML has it.
+struct Escaped<'a>(&'a str);
+
+impl std::fmt::Display for Escaped<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for character in self.0.chars() {
+            match character {
+                '&' => f.write_str("&amp;")?,
+                '<' => f.write_str("&lt;")?,
+                '>' => f.write_str("&gt;")?,
+                '"' => f.write_str("&quot;")?,
+                c => f.write_char(c)?,
+            }
+        }
+        Ok(())
+    }
+}

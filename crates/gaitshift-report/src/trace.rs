@@ -1,0 +1,155 @@
+//! A motion at the integration step: what a row per control period is too coarse for.
+
+use crate::ReportError;
+use gaitshift_analysis::recording::column;
+use gaitshift_body::{Body, BodyState, EnergyAccount, sphere_center};
+use gaitshift_experiment::{Deterministic, Simulation};
+use gaitshift_task::Environment;
+
+use crate::Subject;
+
+/// One integration step; pairs are right and left leg.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TraceRow {
+    /// Time since the motion began, in s.
+    pub time_s: f64,
+    /// Vertical ground reaction, in N.
+    pub normal_n: [f64; 2],
+    /// Forward ground reaction, in N.
+    pub tangential_n: [f64; 2],
+    /// Ground reaction along the leg, in N; positive presses the leg together.
+    pub axial_n: [f64; 2],
+    /// Leg length from the hip axis to the sole, `l + h - d`, in m.
+    pub length_m: [f64; 2],
+    /// Velocity of the lowest point of the sole, forward and up, in m/s.
+    pub sole_m_per_s: [[f64; 2]; 2],
+    /// Height of the centre of mass, in m.
+    pub com_z_m: f64,
+    /// Kinetic, gravitational, leg springs' and hip springs' energy, in J.
+    pub energies_j: [f64; 4],
+}
+
+/// A motion at the integration step.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trace {
+    /// One per step.
+    pub rows: Vec<TraceRow>,
+    /// Whether it ended before its time, in a fall.
+    pub fell: bool,
+}
+
+impl Trace {
+    /// Follows a subject's default start under a command, from `from_s` to `to_s`.
+    ///
+    /// # Errors
+    /// None at present; the motion of a body that falls ends early.
+    pub fn follow(
+        subject: &mut Subject,
+        omega_v: f64,
+        from_s: f64,
+        to_s: f64,
+    ) -> Result<Self, ReportError> {
+        let Subject {
+            controller, body, ..
+        } = subject;
+        let task = controller.task.clone();
+        let start = Environment::default_start(body, &task);
+        let mut simulation = Simulation::new(body, &task, start, omega_v);
+        let mut policy = Deterministic(&mut controller.policy);
+        let force_n = body.parameters().actuator_force_n;
+        let steps = task.steps_per_period(body.parameters());
+        let dt = body.parameters().time_step_s;
+        let mut trace = Self::default();
+        let mut row = Vec::new();
+        while simulation.time_s() < to_s - 1e-9 {
+            let (mut state, time_s) = (*simulation.state(), simulation.time_s());
+            if simulation.step(omega_v, None, &mut policy).is_some() {
+                trace.fell = true;
+                break;
+            }
+            if time_s < from_s - 1e-9 {
+                continue;
+            }
+            simulation.row(&mut row);
+            let command = column::COMMAND.map(|column| row[column.index()]);
+            for step in 0..steps {
+                trace.rows.push(Self::row(
+                    body,
+                    &state,
+                    command.map(|c| c.clamp(-1.0, 1.0) * force_n),
+                    time_s + f64::from(step) * dt,
+                ));
+                body.advance(&mut state, command, 1, &mut EnergyAccount::default());
+            }
+        }
+        Ok(trace)
+    }
+
+    fn row(body: &Body, s: &BodyState, actuator_n: [f64; 2], time_s: f64) -> TraceRow {
+        let p = body.parameters();
+        let forces = body.accelerations(s, actuator_n).forces;
+        let energy = body.energy(s);
+        let per_leg = |of: &dyn Fn(usize) -> f64| [of(0), of(1)];
+        let sole = |i: usize| {
+            let leg = &s.legs[i];
+            // The lowest sphere; its centre moves with the leg, and its lowest point lies a radius below.
+            let places = (0..p.foot_sphere_count).map(|k| sphere_center(p, leg.psi, leg.foot, k));
+            let lowest = places
+                .min_by(|a, b| a.1.total_cmp(&b.1))
+                .unwrap_or_default();
+            let (x, z) = (lowest.0, lowest.1 - p.foot_sphere_radius_m);
+            let (sin_psi, cos_psi) = leg.psi.sin_cos();
+            [
+                s.x_dot + leg.foot_dot * sin_psi - leg.psi_dot * z,
+                s.z_dot - leg.foot_dot * cos_psi + leg.psi_dot * x,
+            ]
+        };
+        TraceRow {
+            time_s,
+            normal_n: per_leg(&|i| forces[i].contact.normal_n),
+            tangential_n: per_leg(&|i| forces[i].contact.tangential_n),
+            axial_n: per_leg(&|i| {
+                let (sin_psi, cos_psi) = s.legs[i].psi.sin_cos();
+                forces[i].contact.normal_n * cos_psi - forces[i].contact.tangential_n * sin_psi
+            }),
+            length_m: per_leg(&|i| p.leg_length_m + s.legs[i].foot),
+            sole_m_per_s: [sole(0), sole(1)],
+            com_z_m: body.centre_of_mass(s).z,
+            energies_j: [
+                energy.kinetic,
+                energy.gravitational,
+                energy.leg_springs(),
+                energy.hip_springs,
+            ],
+        }
+    }
+
+    /// The stances of one leg in the trace, as ranges of rows: where the foot bears more than a twentieth of `weight_n` until
+    /// it bears less than a hundredth, for at least 80 ms, gaps of 20 ms filled.
+    pub fn stances(&self, leg: usize, weight_n: f64) -> Vec<std::ops::Range<usize>> {
+        let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
+        let mut begun = None;
+        for (k, row) in self.rows.iter().enumerate() {
+            let force = row.normal_n[leg];
+            match begun {
+                None if force > 0.05 * weight_n => begun = Some(k),
+                Some(first) if force <= 0.01 * weight_n => {
+                    runs.push(first..k);
+                    begun = None;
+                }
+                _ => {}
+            }
+        }
+        // What the trace begins or ends with is not whole.
+        let time = |k: usize| self.rows[k].time_s;
+        let mut stances: Vec<std::ops::Range<usize>> = Vec::new();
+        for run in runs {
+            match stances.last_mut() {
+                Some(last) if time(run.start) - time(last.end) < 0.02 => last.end = run.end,
+                _ => stances.push(run),
+            }
+        }
+        stances.retain(|s| s.start > 0 && time(s.end) - time(s.start) >= 0.08);
+        stances
+    }
+}
