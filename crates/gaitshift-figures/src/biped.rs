@@ -95,15 +95,18 @@ impl LegFrame {
     }
 }
 
+/// How much paler than its colour the leg behind is.
+const FAR: f64 = 0.55;
+
 /// Half of the hip segment's diagonal, in leg lengths.
 const HALF_TRUNK: f64 = 0.24;
 
 /// Draws the whole body: the left leg behind, the hip segment, the right leg in front.
 pub(crate) fn draw(canvas: &mut Canvas, view: &View, body: &BodyParameters, pose: &Pose) {
     let [right, left] = &pose.legs;
-    draw_leg(canvas, view, body, pose, left, side_ink(Side::Left));
+    draw_leg(canvas, view, body, pose, left, Side::Left);
     draw_hip(canvas, view, body, pose);
-    draw_leg(canvas, view, body, pose, right, side_ink(Side::Right));
+    draw_leg(canvas, view, body, pose, right, Side::Right);
     let line = (0.012 * body.leg_length_m * view.scale).max(0.5);
     let hip = view.place((pose.x, pose.z));
     let radius = 0.028 * body.leg_length_m * view.scale;
@@ -145,7 +148,7 @@ fn draw_leg(
     body: &BodyParameters,
     pose: &Pose,
     leg: &LegPose,
-    ink: Ink,
+    side: Side,
 ) {
     let (sin, cos) = leg.psi.sin_cos();
     let frame = LegFrame {
@@ -157,8 +160,13 @@ fn draw_leg(
     // Sizes as shares of the leg, so that other bodies are drawn in proportion.
     let l = body.leg_length_m;
     let px = |metres: f64| (metres * view.scale).max(0.4);
-    let dark = ink.mix(Ink::hex(0), 0.45);
-    let light = ink.mix(WHITE, 0.6);
+    // The left leg, which is behind, is paler: both colours are equally dark in grey print.
+    let full = side_ink(side);
+    let (ink, light) = match side {
+        Side::Right => (full, full.mix(WHITE, 0.6)),
+        Side::Left => (full.mix(WHITE, FAR), full.mix(WHITE, 0.85)),
+    };
+    let dark = full.mix(Ink::hex(0), 0.45);
     let edge = px(0.008 * l);
 
     let thigh_top = 0.24 * l + leg.h;

@@ -2,7 +2,7 @@
 
 use gaitshift_analysis::support::{PhaseInterval, SupportPhase};
 
-use crate::canvas::{Canvas, Ink, Paint, Point, Rect};
+use crate::canvas::{Anchor, Canvas, Ink, Paint, Point, Rect, TextStyle};
 use crate::chart::{Axis, Panel};
 use crate::raster::text_width;
 use crate::style::{LABEL, QUIET, SERIES, SMALL, TEXT, TITLE, WHITE};
@@ -300,7 +300,7 @@ impl<'a> Legend<'a> {
 
 fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks) {
     let points = || chart.series.iter().flat_map(|series| &series.points);
-    let ticks = (area.width / 55.0).clamp(2.0, 8.0) as usize;
+    let ticks = (area.width / 34.0).clamp(3.0, 10.0) as usize;
     let x = match chart.x_range {
         Some((from, to)) => Axis::exact(from, to, ticks),
         None => Axis::around(points().map(|point| point.0), ticks),
@@ -312,7 +312,7 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks) {
         x,
         y: Axis::around(
             values.chain(chart.y_shows.iter().copied()),
-            (area.height / 26.0).clamp(2.0, 8.0) as usize,
+            (area.height / 16.0).clamp(3.0, 8.0) as usize,
         ),
     };
     if chart.phases.is_empty() {
@@ -324,11 +324,8 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks) {
         let (_, y) = panel.place(panel.x.from, *level);
         let dotted = Paint::stroke(TEXT, 0.9).dashed("1 2");
         canvas.line((area.left, y), (area.right(), y), dotted);
-        canvas.text(
-            (area.left + 3.0, y - 2.5),
-            word,
-            crate::canvas::TextStyle::new(9.0, TEXT),
-        );
+        let style = TextStyle::new(9.0, TEXT).anchor(Anchor::End);
+        canvas.text((area.right() - 3.0, y - 2.5), word, style);
     }
     for series in &chart.series {
         let index = looks.index(&series.label);
@@ -361,7 +358,7 @@ pub struct Bar {
     pub parts: Vec<(String, f64)>,
 }
 
-/// Bars lying below each other, their parts in the order given, told apart by lightness and hatching.
+/// Bars lying below each other, their parts in the order given; up to ten are told apart by lightness and hatching.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a part, [`FigureError::NotFinite`] for one that is negative or not a number.
@@ -421,7 +418,7 @@ pub fn bars_figure(bars: &[Bar], quantity: &str, width: f64) -> Result<Figure, F
             part(&mut canvas, Rect::new(a, bar_top, b - a, thick), index);
             from += value;
         }
-        let style = LABEL.anchor(crate::canvas::Anchor::End);
+        let style = LABEL.anchor(Anchor::End);
         canvas.text((left - 6.0, bar_top + 12.5), &bar.label, style);
     }
     canvas.line(
@@ -436,12 +433,25 @@ pub fn bars_figure(bars: &[Bar], quantity: &str, width: f64) -> Result<Figure, F
     })
 }
 
-/// Fills a part: light and dark by turns, every third hatched.
+/// Fills a part: no two of ten look alike, in grey either.
 fn part(canvas: &mut Canvas, rect: Rect, index: usize) {
-    const FILLS: [u32; 6] = [0x0072b2, 0xf0d9a0, 0xe0894a, 0xffffff, 0x555555, 0xb8dcf0];
-    canvas.rect(rect, Paint::fill(Ink::hex(FILLS[index % FILLS.len()])));
-    if index % 3 == 2 && rect.width > 0.5 {
-        canvas.hatch(rect, TEXT.opacity(0.7), 4.0);
+    /// Colour and, where it is hatched, the distance of the lines.
+    const FILLS: [(u32, f64); 10] = [
+        (0x0072b2, 0.0),
+        (0xf0d9a0, 0.0),
+        (0xe0894a, 4.0),
+        (0xffffff, 0.0),
+        (0x3d3d3d, 0.0),
+        (0xb8dcf0, 5.0),
+        (0x009e73, 0.0),
+        (0xcc79a7, 2.2),
+        (0xffffff, 3.0),
+        (0xa6a6a6, 0.0),
+    ];
+    let (fill, hatch) = FILLS[index % FILLS.len()];
+    canvas.rect(rect, Paint::fill(Ink::hex(fill)));
+    if hatch > 0.0 && rect.width > 0.5 {
+        canvas.hatch(rect, TEXT.opacity(0.75), hatch);
     }
     canvas.rect(rect, Paint::stroke(TEXT, 0.6));
 }

@@ -13,7 +13,8 @@
 //! - [`settings_figure`]: what several settings reached, seed by seed;
 //! - [`episode_returns_figure`]: the course of a training run.
 //!
-//! Colours are safe for any colour vision. Right is vermilion and left is blue in all of them.
+//! Colours are safe for any colour vision. Right is vermilion and left is blue in all of them, and paler where both are drawn, so
+//! that grey print tells them apart.
 //!
 //! ```
 //! use gaitshift_figures::episode_returns_figure;

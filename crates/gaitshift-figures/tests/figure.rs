@@ -100,3 +100,23 @@ fn impossible_scales_and_broken_drawings_are_errors() {
     .unwrap_err();
     assert!(error.to_string().contains("smaller scale"));
 }
+
+#[test]
+fn a_png_says_how_large_it_is() {
+    // Journals ask for dots per inch; without them a picture prints at any size.
+    let png = square("").to_png(300.0 / 96.0).unwrap();
+    let place = png
+        .windows(4)
+        .position(|bytes| bytes == b"pHYs")
+        .expect("a resolution");
+    let number = |at: usize| u32::from_be_bytes(png[at..at + 4].try_into().unwrap());
+    assert_eq!(number(place - 4), 9);
+    // 300 dots per inch are 11811 per metre, both ways; the unit is the metre.
+    assert_eq!(
+        (number(place + 4), number(place + 8), png[place + 12]),
+        (11_811, 11_811, 1)
+    );
+    // It comes before the pixels, and readers accept its checksum.
+    assert!(place < png.windows(4).position(|bytes| bytes == b"IDAT").unwrap());
+    assert_eq!(number(place + 13), crc32fast::hash(&png[place..place + 13]));
+}

@@ -29,9 +29,9 @@ fn every_support_phase_is_shaded_in_every_panel() {
     keep("transition.png", &figure.to_png(2.0).unwrap());
     drawn_size(&figure);
     for (phase, ink) in [
-        (SupportPhase::Double, "#bdbdbd"),
-        (SupportPhase::SingleRight, "#f5dac4"),
-        (SupportPhase::SingleLeft, "#bfdcec"),
+        (SupportPhase::Double, "#adadad"),
+        (SupportPhase::SingleRight, "#eebf99"),
+        (SupportPhase::SingleLeft, "#deedf5"),
     ] {
         let phases = phases_between(&recording, phase, 0.5, 5.5);
         assert!(phases > 2);
@@ -59,9 +59,9 @@ fn shades_lie_where_the_phases_are() {
         let x = LEFT + (middle - 0.5) / 5.0 * (RIGHT - LEFT);
         // In the lower part of the first panel only the background is drawn at some height.
         let expected = match interval.phase {
-            SupportPhase::Double => [0xbd, 0xbd, 0xbd],
-            SupportPhase::SingleRight => [0xf5, 0xda, 0xc4],
-            SupportPhase::SingleLeft => [0xbf, 0xdc, 0xec],
+            SupportPhase::Double => [0xad, 0xad, 0xad],
+            SupportPhase::SingleRight => [0xee, 0xbf, 0x99],
+            SupportPhase::SingleLeft => [0xde, 0xed, 0xf5],
             SupportPhase::Flight => [0xff, 0xff, 0xff],
         };
         let found = colour(&picture, (2.0 * x) as u32, 2 * 80);
@@ -249,4 +249,23 @@ fn what_cannot_be_drawn_is_an_error() {
             ..
         }
     ));
+}
+
+#[test]
+fn support_phases_differ_in_grey_print() {
+    // Single support of right and left had the same grey, 0.87 and 0.84 of white.
+    let figure = transition_figure(&common::transition(), (4.0, 4.4), &Default::default()).unwrap();
+    let lightness = |hex: &str| {
+        let byte = |at: usize| f64::from(u8::from_str_radix(&hex[at..at + 2], 16).unwrap());
+        (0.2126 * byte(0) + 0.7152 * byte(2) + 0.0722 * byte(4)) / 255.0
+    };
+    let mut shades: Vec<f64> = ["adadad", "eebf99", "deedf5", "ffffff"]
+        .into_iter()
+        .inspect(|shade| assert!(figure.svg.contains(&format!("fill=\"#{shade}\""))))
+        .map(lightness)
+        .collect();
+    shades.sort_by(f64::total_cmp);
+    for pair in shades.windows(2) {
+        assert!(pair[1] - pair[0] > 0.07, "{pair:?}");
+    }
 }

@@ -9,6 +9,8 @@ use serde::Serialize;
 
 /// Numbers this near to the papers', as a share of theirs, count as theirs.
 const NEAR: f64 = 0.1;
+/// Numbers further than this factor from the papers' do not only differ.
+const FAR: f64 = 2.0;
 /// Amount from which a correlation counts as in phase or in antiphase.
 const CLEAR: f64 = 0.5;
 /// Names of the experiments that some claims are about; `gaitshift reproduce` runs them.
@@ -44,11 +46,11 @@ impl Verdict {
 /// By which rule a claim is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Rule {
-    /// A number: it holds within a tenth of theirs, or if the interval over seeds holds theirs.
+    /// A number: it holds within a tenth of theirs, or if the interval over seeds holds theirs; differs within a factor of two.
     Near(f64),
-    /// It holds at this or less, differs above.
+    /// It holds at this or less, differs up to twice that.
     AtMost(f64),
-    /// It holds at this or more, differs below.
+    /// It holds at this or more, differs down to half of that.
     AtLeast(f64),
     /// A share of attempts: it holds at 1, differs between, fails at 0.
     Always,
@@ -97,6 +99,13 @@ pub struct Finding {
     pub command: &'static str,
 }
 
+impl Finding {
+    /// The interval, where there are several seeds.
+    pub fn interval(&self) -> [Option<f64>; 2] {
+        crate::headline::interval(self.estimate, &self.seeds)
+    }
+}
+
 /// One value per seed.
 pub(crate) struct Values(pub Vec<Option<f64>>);
 
@@ -119,7 +128,9 @@ impl Values {
 impl Rule {
     fn words(self) -> String {
         match self {
-            Rule::Near(theirs) => format!("within 10 % of {theirs}, or theirs within the interval"),
+            Rule::Near(theirs) => {
+                format!("within 10 % of {theirs}, or {theirs} within the interval")
+            }
             Rule::AtMost(bound) => format!("at most {bound}"),
             Rule::AtLeast(bound) => format!("at least {bound}"),
             Rule::Always => "every attempt".to_owned(),
@@ -146,10 +157,11 @@ impl Rule {
             Rule::Near(theirs) => {
                 let near = (value - theirs).abs() <= NEAR * theirs.abs();
                 let within = values.known().len() > 1 && (low..=high).contains(&theirs);
-                graded(near || within, true)
+                let far = value > FAR * theirs || FAR * value < theirs;
+                graded(near || within, !far)
             }
-            Rule::AtMost(bound) => graded(value <= bound, true),
-            Rule::AtLeast(bound) => graded(value >= bound, true),
+            Rule::AtMost(bound) => graded(value <= bound, value <= FAR * bound),
+            Rule::AtLeast(bound) => graded(value >= bound, FAR * value >= bound),
             Rule::Always => graded(value >= 1.0, value > 0.0),
             Rule::Antiphase => graded(value <= -CLEAR, value < 0.0),
             Rule::InPhase => graded(value >= CLEAR, value > 0.0),

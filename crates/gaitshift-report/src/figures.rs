@@ -731,7 +731,7 @@ fn ground_reaction(subject: &Subject, m: &Measured) -> Result<Option<Shown>, Rep
         .map(|(series, title)| Chart {
             title: title.to_owned(),
             x_title: "share of stance".to_owned(),
-            y_title: "vertical force (body weights)".to_owned(),
+            y_title: "force (body weights)".to_owned(),
             series,
             y_shows: vec![0.0],
             x_range: Some((0.0, 1.0)),
@@ -764,7 +764,8 @@ fn leg_springs(subject: &Subject, m: &Measured) -> Result<Option<Shown>, ReportE
     let mut charts = Vec::new();
     for (omega_v, trace) in m.traces.iter().filter(|(w, _)| [0.0, 3.0].contains(w)) {
         let mut series = Vec::new();
-        for (leg, name) in ["right leg", "left leg"].into_iter().enumerate() {
+        // Left first: it is blue everywhere, and right vermilion.
+        for (leg, name) in [(1, "left leg"), (0, "right leg")] {
             let Some(stance) = trace.stances(leg, weight).into_iter().nth(1) else {
                 continue;
             };
@@ -785,7 +786,7 @@ fn leg_springs(subject: &Subject, m: &Measured) -> Result<Option<Shown>, ReportE
         charts.push(Chart {
             title: format!("ω\u{1d65} = {omega_v}"),
             x_title: "leg length (m)".to_owned(),
-            y_title: "force along the leg (body weights)".to_owned(),
+            y_title: "force (body weights)".to_owned(),
             series,
             y_shows: vec![0.0],
             ..Chart::default()
@@ -803,7 +804,7 @@ fn leg_springs(subject: &Subject, m: &Measured) -> Result<Option<Shown>, ReportE
         name: "leg-force-length".to_owned(),
         title: "Leg force against leg length",
         caption: format!(
-            "One stance of each leg. A spring-mass leg would run up and down one line. Share of the variance that a line \
+            "Ground reaction along the leg; one stance of each. A spring-mass leg would run up and down one line. Share of the variance that a line \
              explains, over all stances: {}.",
             explained.join(", ")
         ),

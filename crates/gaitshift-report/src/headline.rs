@@ -21,16 +21,33 @@ pub struct HeadlineNumber {
     pub command: &'static str,
 }
 
+impl HeadlineNumber {
+    /// The interval, where there are several seeds.
+    pub fn interval(&self) -> [Option<f64>; 2] {
+        interval(self.estimate, &self.seeds)
+    }
+}
+
+/// Ends of an interval; of a single seed there is none.
+pub(crate) fn interval(estimate: Option<Estimate>, seeds: &[Option<f64>]) -> [Option<f64>; 2] {
+    let several = seeds.iter().flatten().count() > 1;
+    estimate
+        .filter(|_| several)
+        .map_or([None; 2], |e| e.interval.map(Some))
+}
+
 /// A number of a study.
 type Of = fn(&Study) -> Option<f64>;
 
-const TRANSITION: &str =
-    "about 0.5 (Hreljac, J. Biomech. 28, 1995; Kram, Domingo and Ferris, J. Exp. Biol. 200, 1997)";
-const RECOVERY_WALK: &str =
-    "up to about 0.65 at middling speeds (Cavagna, Thys and Zamboni, J. Physiol. 262, 1976)";
-const RECOVERY_RUN: &str = "below 0.05 (the same)";
-const PEAK_WALK: &str = "1.1 to 1.3 (Nilsson and Thorstensson, Acta Physiol. Scand. 136, 1989)";
-const PEAK_RUN: &str = "2 to 3 at 3 to 5 m/s (the same)";
+const TRANSITION: &str = "about 0.5 (Kram, Domingo and Ferris, J. Exp. Biol. 200, 1997)";
+const RECOVERY_WALK: &str = "0.43 before people begin to run, up to about 0.65 at middling speeds (Segers and others, \
+    J. Exp. Biol. 210, 2007; Cavagna, Thys and Zamboni, J. Physiol. 262, 1976)";
+const RECOVERY_RUN: &str = "0.05 (Segers and others, 2007)";
+const PEAK_WALK: &str = "1.2 at 1.5 m/s (Keller and others, Clin. Biomech. 11, 1996)";
+const PEAK_RUN: &str =
+    "to about 2.5 at 6 m/s, over 50 % more in slow jogging (Keller and others, 1996)";
+const HYSTERESIS: &str = "present (Diedrich and Warren, J. Exp. Psychol. 21, 1995)";
+const SPRING_MASS: &str = "near 1 in a spring-mass model (Blickhan, J. Biomech. 22, 1989)";
 
 const NUMBERS: [(&str, &str, Of, &str); 21] = [
     (
@@ -47,7 +64,7 @@ const NUMBERS: [(&str, &str, Of, &str); 21] = [
     ),
     (
         "gap in Froude number v/√(g l) between walk and run",
-        "none: both gaits are possible at the transition",
+        "",
         |s| Some(least(s, GaitClass::Running)? - greatest(s, GaitClass::Walking)?),
         "gaitshift report",
     ),
@@ -65,7 +82,7 @@ const NUMBERS: [(&str, &str, Of, &str); 21] = [
     ),
     (
         "width of the hysteresis in ω_v",
-        "small: about 0.05 to 0.2 m/s in speed (Thorstensson and Roberthson, Acta Physiol. Scand. 131, 1987)",
+        HYSTERESIS,
         |s| Some(running_begins(s)? - running_is_kept(s)?),
         "gaitshift report",
     ),
@@ -127,7 +144,7 @@ const NUMBERS: [(&str, &str, Of, &str); 21] = [
     ),
     (
         "share of the leg force's variance explained by leg length, ω_v = 3",
-        "near 1: a spring-mass model (Blickhan, J. Biomech. 22, 1989)",
+        SPRING_MASS,
         |s| landing(s, 3.0)?.spring_like,
         "gaitshift report",
     ),

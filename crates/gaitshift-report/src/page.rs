@@ -49,9 +49,10 @@ pub(crate) fn html(
     page.push("</style>\n</head>\n<body>\n");
     page.push("<h1>Gait transition of a passive-hipped biped: the paper’s claims and what was found</h1>\n");
     page.push(
-        "<p>One controller, trained with Soft Actor-Critic, walks, runs and changes gait on one command, ω_v. This page sets every \
+        "<p>One controller, trained with Soft Actor-Critic, walks, runs and changes gait on one command, ω<sub>v</sub>. This page sets every \
          result of Koseki, Kutsuzawa, Owaki and Hayashibe (in Japanese, and Frontiers in Neurorobotics 16, 2023) beside what the \
-         controllers below do. Verdicts are computed by the rule named in each row.</p>\n",
+         controllers below do. Verdicts are computed by the rule named in each row: where a number misses it, the claim differs, \
+         and by more than a factor of two it fails.</p>\n",
     );
     page.push("<nav>");
     for (id, name) in [
@@ -121,7 +122,7 @@ pub(crate) fn html(
     page.subjects(measured);
     page.push("<h2 id=\"assumptions\">Deviations and assumptions</h2>\n<ul>\n");
     for text in ASSUMPTIONS {
-        page.write(format_args!("<li>{}</li>\n", Escaped(text)));
+        page.write(format_args!("<li>{}</li>\n", Prose(text)));
     }
     page.write(format_args!(
         "</ul>\n<p class=\"quiet\">gaitshift {}. All numbers: <a href=\"report.json\">report.json</a>, \
@@ -176,8 +177,8 @@ impl Page {
 
     fn findings(&mut self, findings: &[Finding]) {
         self.push(
-            "<div class=\"scroll\"><table>\n<thead><tr><th>from</th><th>claim</th><th class=\"number\">theirs</th>\
-             <th class=\"number\">ours</th><th>verdict</th><th>holds if</th><th>command</th></tr></thead>\n<tbody>\n",
+            "<div class=\"scroll\"><table>\n<thead><tr><th>from</th><th>claim, when it holds, command</th>\
+             <th class=\"number\">theirs</th><th class=\"number\">ours</th><th>verdict</th></tr></thead>\n<tbody>\n",
         );
         for f in findings {
             let ours = match f.verdict {
@@ -185,16 +186,16 @@ impl Page {
                 _ => estimate(f.estimate, f.seeds.len()),
             };
             self.write(format_args!(
-                "<tr><td>{}</td><td>{}</td><td class=\"number\">{}</td><td class=\"number\">{ours}</td>\
-                 <td class=\"verdict {}\">{} {}</td><td>{}</td><td><code>{}</code></td></tr>\n",
+                "<tr><td>{}</td><td>{}<div class=\"quiet\">{}; <code>{}</code></div></td><td class=\"number\">{}</td>\
+                 <td class=\"number\">{ours}</td><td class=\"verdict {}\">{} {}</td></tr>\n",
                 Escaped(f.source),
-                Escaped(f.claim),
-                Escaped(f.theirs),
+                Prose(f.claim),
+                Prose(&f.rule),
+                Escaped(f.command),
+                Prose(f.theirs),
                 class(f.verdict),
                 sign(f.verdict),
                 f.verdict.name(),
-                Escaped(&f.rule),
-                Escaped(f.command)
             ));
         }
         self.push("</tbody></table></div>\n");
@@ -208,9 +209,9 @@ impl Page {
         for n in numbers {
             self.write(format_args!(
                 "<tr><td>{}</td><td class=\"number\">{}</td><td>{}</td><td><code>{}</code></td></tr>\n",
-                Escaped(n.name),
+                Prose(n.name),
                 estimate(n.estimate, n.seeds.len()),
-                Escaped(n.people),
+                Prose(n.people),
                 Escaped(n.command)
             ));
         }
@@ -234,7 +235,7 @@ impl Page {
              </figcaption>\n</figure>\n",
             Escaped(shown.title),
             picture(&shown.figure.svg, shown.title),
-            Escaped(&shown.caption)
+            Prose(&shown.caption)
         ));
     }
 
@@ -283,7 +284,7 @@ impl Page {
                 continue;
             }
             self.write(format_args!(
-                "<div class=\"scroll\"><table><thead><tr><th>{gait}, ω_v = {omega_v}; most sensitive first</th>"
+                "<div class=\"scroll\"><table><thead><tr><th>{gait}, ω<sub>v</sub> = {omega_v}; most sensitive first</th>"
             ));
             for level in &levels {
                 self.write(format_args!("<th class=\"number\">{level} sd</th>"));
@@ -340,7 +341,7 @@ impl Page {
                 })
                 .collect();
             self.write(format_args!(
-                "<tr><td>ω_v = {omega_v}, {}</td><td>{}</td></tr>\n",
+                "<tr><td>ω<sub>v</sub> = {omega_v}, {}</td><td>{}</td></tr>\n",
                 if up { "up" } else { "down" },
                 cells.join("; ")
             ));
@@ -355,7 +356,7 @@ impl Page {
             short(1e3 * study.time_step_s)
         ));
         self.push(
-            "<div class=\"scroll\"><table><thead><tr><th class=\"number\">ω_v</th><th>gait</th><th>fine</th><th class=\"number\">Fr</th>\
+            "<div class=\"scroll\"><table><thead><tr><th class=\"number\">ω<sub>v</sub></th><th>gait</th><th>fine</th><th class=\"number\">Fr</th>\
              <th class=\"number\">fine</th><th class=\"number\">CoT</th><th class=\"number\">fine</th>\
              <th class=\"number\">double support</th><th class=\"number\">fine</th><th class=\"number\">flight</th><th class=\"number\">fine</th></tr></thead><tbody>\n",
         );
@@ -500,6 +501,21 @@ impl std::fmt::Display for Escaped<'_> {
                 '"' => f.write_str("&quot;")?,
                 c => f.write_char(c)?,
             }
+        }
+        Ok(())
+    }
+}
+
+/// A sentence: the same with the subscript of ω_v.
+struct Prose<'a>(&'a str);
+
+impl std::fmt::Display for Prose<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (k, part) in self.0.split("ω_v").enumerate() {
+            if k > 0 {
+                f.write_str("ω<sub>v</sub>")?;
+            }
+            write!(f, "{}", Escaped(part))?;
         }
         Ok(())
     }

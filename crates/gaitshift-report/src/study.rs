@@ -26,6 +26,10 @@ pub struct Plan {
     pub starts_step: f64,
     /// Trials of each disturbance.
     pub trials: u64,
+    /// Heights of steps in the ground that are tried: least, greatest and the step between them, in m.
+    pub step_heights_m: [f64; 3],
+    /// Levels of noise that are tried, in standard deviations of the observation itself.
+    pub noise_levels: Vec<f64>,
     /// Finer integration step beside the usual one, in s.
     pub fine_step_s: f64,
     /// Duration of a ramp of the command, in s, and phases of the stride from which it begins.
@@ -45,6 +49,8 @@ impl Plan {
             starts: 13,
             starts_step: 0.05,
             trials: 10,
+            step_heights_m: [0.002, 0.04, 0.002],
+            noise_levels: vec![0.05, 0.1, 0.2, 0.5, 1.0, 2.0],
             fine_step_s: 5e-5,
             ramp_s: 0.4,
             phases: 20,
@@ -278,15 +284,10 @@ const AROUND_S: f64 = 10.0;
 const TRACED: [f64; 5] = [0.0, 0.2, 0.4, 1.0, 3.0];
 /// The part of them that is traced, in s.
 const TRACED_S: [f64; 2] = [15.0, 19.0];
-/// Heights of steps in the ground that are tried, in m.
-const HEIGHT_STEP_M: f64 = 0.002;
-const HIGHEST_M: f64 = 0.04;
 /// Where the first step in the ground is tried, and how far apart the places are, in m.
 const STEP_AT_M: f64 = 5.0;
 const STEP_APART_M: f64 = 0.05;
 const BEYOND_STEP_M: f64 = 4.0;
-/// Levels of noise, in standard deviations of the observation itself.
-const LEVELS: [f64; 6] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
 /// Ways that count as success under noise, walking and running, in m, as in the journal version.
 const NOISY_WAYS_M: [f64; 2] = [10.0, 20.0];
 
@@ -624,7 +625,7 @@ fn steps_in_the_ground(
     sign: f64,
 ) -> Vec<StepHeight> {
     let mut rows = Vec::new();
-    for height_m in commands([HEIGHT_STEP_M, HIGHEST_M, HEIGHT_STEP_M]) {
+    for height_m in commands(plan.step_heights_m) {
         let passed = (0..plan.trials).filter(|&k| {
             let at_m = STEP_AT_M + STEP_APART_M * k as f64;
             let mut disturbance = Disturbance::default();
@@ -661,7 +662,7 @@ fn noise_tolerance(
         let Some(own) = own_deviation(undisturbed, observation) else {
             continue;
         };
-        for level in LEVELS {
+        for &level in &plan.noise_levels {
             let deviation = level * own;
             let mut disturbance = Disturbance::default();
             if let Some(noise) = disturbance.noise.named_mut(observation) {

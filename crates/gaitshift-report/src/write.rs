@@ -177,7 +177,7 @@ fn claims_table(groups: &[Group]) -> Table {
     let mut table = Table::new("claims", &columns);
     for group in groups {
         for f in &group.findings {
-            let [low, high] = f.estimate.map_or([None; 2], |e| e.interval.map(Some));
+            let [low, high] = f.interval();
             table.rows.push(vec![
                 group.name.clone(),
                 f.source.to_owned(),
@@ -208,7 +208,7 @@ fn numbers_table(groups: &[Group]) -> Table {
     let mut table = Table::new("numbers", &columns);
     for group in groups {
         for n in &group.numbers {
-            let [low, high] = n.estimate.map_or([None; 2], |e| e.interval.map(Some));
+            let [low, high] = n.interval();
             table.rows.push(vec![
                 group.name.clone(),
                 n.name.to_owned(),

@@ -1,0 +1,77 @@
+//! Contract: the study's experiments are those of the papers: names that claims ask for, schedules as long, seeds as many.
+
+use gaitshift_report::study_experiments;
+
+#[test]
+fn experiments_are_as_long_as_the_papers_and_as_many_as_said() {
+    let sweeps = study_experiments().unwrap();
+    let seeds = |sweep: usize| {
+        let variants = sweeps[sweep].variants.len();
+        sweeps[sweep].trials.len() / variants
+    };
+    assert_eq!((sweeps.len(), seeds(0), seeds(1)), (2, 5, 3));
+    let names: Vec<&str> = sweeps
+        .iter()
+        .flat_map(|s| s.variants.iter().map(|v| v.name.as_str()))
+        .collect();
+    for name in [
+        "paper",
+        "paper, without phase I",
+        "paper, without the energy term",
+        "journal",
+        "journal, without 1/(1+ω_v)",
+        "journal, full range from the start",
+        "journal, high range from the start",
+        "journal, without its second phase",
+        "fast",
+    ] {
+        assert!(names.contains(&name), "{name}");
+    }
+    for trial in sweeps.iter().flat_map(|s| &s.trials) {
+        let steps = trial.experiment.curriculum.total_steps();
+        if trial.experiment.name != "fast" {
+            assert_eq!(steps, 10_000_000, "{}", trial.experiment.name);
+        }
+    }
+}
+
+#[test]
+fn what_is_left_out_is_left_out() {
+    let sweeps = study_experiments().unwrap();
+    let experiment = |name: &str| {
+        let mut trials = sweeps.iter().flat_map(|s| &s.trials);
+        let trial = trials.find(|t| t.experiment.name == name);
+        trial
+            .unwrap_or_else(|| panic!("no {name}"))
+            .experiment
+            .clone()
+    };
+    let first_range = |name: &str| experiment(name).curriculum.phases[0].omega_v;
+    assert_eq!(first_range("paper"), [-0.2, 0.2]);
+    assert_eq!(first_range("paper, without phase I"), [-0.5, 3.5]);
+    assert_eq!(
+        first_range("journal, high range from the start"),
+        [1.5, 2.5]
+    );
+    assert_eq!(experiment("journal").task.reward.command_divisor, 1.0);
+    assert_eq!(
+        experiment("journal, without 1/(1+ω_v)")
+            .task
+            .reward
+            .command_divisor,
+        0.0
+    );
+    // In no phase of it does energy cost anything.
+    let without = experiment("paper, without the energy term");
+    assert_eq!(without.task.reward.omega_e, 0.0);
+    for step in [0, 400_000, 3_000_000, 9_000_000] {
+        assert_eq!(
+            without
+                .curriculum
+                .at(step, &without.task.reward)
+                .reward
+                .omega_e,
+            0.0
+        );
+    }
+}
