@@ -13,7 +13,7 @@ mod recording;
 mod sac;
 mod training;
 
-use gaitshift_analysis::recording::COLUMNS;
+use gaitshift_analysis::recording::{COLUMNS, DETAILS};
 use gaitshift_task::{OBSERVATION_NAMES, OBSERVATION_SCALE, info_names};
 use pyo3::prelude::*;
 use std::ffi::OsString;
@@ -42,6 +42,7 @@ fn native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("OBSERVATION_NAMES", OBSERVATION_NAMES.to_vec())?;
     m.add("OBSERVATION_SCALE", OBSERVATION_SCALE.to_vec())?;
     m.add("COLUMNS", COLUMNS.to_vec())?;
+    m.add("DETAILS", DETAILS.to_vec())?;
     m.add("INFO_NAMES", info_names())?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -23,7 +23,7 @@ def recording(controller):
 
 def assert_same(one, other):
     assert one.metadata == other.metadata
-    assert list(one) == list(other) == list(gaitshift.COLUMNS)
+    assert list(one) == list(other) == [*gaitshift.COLUMNS, *gaitshift.DETAILS]
     for name in one:
         np.testing.assert_array_equal(one[name], other[name], err_msg=name)
 
@@ -68,10 +68,10 @@ def test_csv_npz_and_pandas_hold_the_same_bits(program, tmp_path, recording):
     assert (tmp_path / "theirs.npz").read_bytes() == npz.read_bytes()
     assert program("export", "csv", csv) == csv.read_bytes()
     with np.load(npz) as arrays:
-        assert sorted(arrays.files) == sorted([*gaitshift.COLUMNS, "metadata"])
+        assert sorted(arrays.files) == sorted([*gaitshift.COLUMNS, *gaitshift.DETAILS, "metadata"])
         assert arrays["x_m"].dtype == np.float64
     frame = recording.to_pandas()
-    assert frame.index.name == "time_s" and frame.shape == (recording.rows, len(gaitshift.COLUMNS) - 1)
+    assert frame.index.name == "time_s" and frame.shape == (recording.rows, len([*recording]) - 1)
     np.testing.assert_array_equal(frame["x_m"].to_numpy(), recording["x_m"])
     assert frame.attrs["control_period_s"] == recording.metadata["control_period_s"]
 
@@ -86,10 +86,15 @@ def test_a_recording_from_arrays(recording):
         ({"x_m": np.full(recording.rows, np.nan)}, "x_m"),
         ({"time_s": columns["time_s"][::-1]}, "row 1"),
         ({"x_m": np.zeros((2, 2))}, "x_m"),
+        ({"com_z_m": columns["com_z_m"][:-1]}, "com_z_m"),
+        ({"com_z_m": np.full(recording.rows, np.inf)}, "com_z_m"),
     ]:
         changed = {name: values for name, values in {**columns, **change}.items() if values is not None}
         with pytest.raises(ValueError, match=words):
             gaitshift.Recording(recording.metadata, changed)
+    # Another simulator may not know the details.
+    plain = gaitshift.Recording(recording.metadata, {name: columns[name] for name in gaitshift.COLUMNS})
+    assert list(plain) == list(gaitshift.COLUMNS) and plain.summary()["energy_recovery"] is None
     with pytest.raises(ValueError, match="metadata"):
         gaitshift.Recording({"seed": 1}, columns)
     with pytest.raises(KeyError, match="speed"):

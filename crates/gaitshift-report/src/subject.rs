@@ -2,7 +2,7 @@
 
 use crate::ReportError;
 use gaitshift_body::Body;
-use gaitshift_experiment::{Controller, Experiment, portable_path};
+use gaitshift_experiment::{Controller, RunName, portable_path};
 use std::path::{Path, PathBuf};
 
 /// A controller, the seed of its training, and the experiment of which it is a seed.
@@ -40,7 +40,6 @@ impl Subject {
     pub fn read(path: &Path) -> Result<Self, ReportError> {
         let bad = |cause: String| ReportError::Subject(cause);
         let controller = Controller::read(path).map_err(|cause| bad(cause.to_string()))?;
-        let config = path.join("config.toml");
         let mut name = portable_path(path).trim_end_matches('/').to_owned();
         if name.is_empty() || name == "." {
             name = format!(
@@ -49,9 +48,9 @@ impl Subject {
             );
         }
         let mut subject = Self::new(name, controller, None)?;
-        if config.is_file() {
-            let experiment = Experiment::read(&config).map_err(|cause| bad(cause.to_string()))?;
-            (subject.group, subject.seed) = (experiment.name, experiment.seed);
+        if path.join("config.toml").is_file() {
+            let run = RunName::read(path).map_err(|cause| bad(cause.to_string()))?;
+            (subject.group, subject.seed) = (run.name, run.seed);
             subject.run = Some(path.to_owned());
         }
         Ok(subject)

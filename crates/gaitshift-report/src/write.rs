@@ -50,6 +50,11 @@ pub fn write_report(
     if subjects.is_empty() {
         return Err(ReportError::NoSubject);
     }
+    // What cannot be written is said before anything is measured.
+    std::fs::create_dir_all(folder).map_err(|cause| ReportError::Write {
+        path: folder.to_owned(),
+        cause,
+    })?;
     let mut measured = Vec::new();
     for subject in subjects.iter_mut() {
         let name = subject.name.clone();

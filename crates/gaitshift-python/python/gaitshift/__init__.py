@@ -19,6 +19,7 @@ from gymnasium.envs.registration import register
 from gaitshift._motion import Controller, Recording
 from gaitshift._native import (
     COLUMNS,
+    DETAILS,
     INFO_NAMES,
     OBSERVATION_NAMES,
     OBSERVATION_SCALE,
@@ -33,6 +34,7 @@ from gaitshift.vector import PassiveBipedVectorEnv
 
 __all__ = [
     "COLUMNS",
+    "DETAILS",
     "INFO_NAMES",
     "OBSERVATION_NAMES",
     "OBSERVATION_SCALE",

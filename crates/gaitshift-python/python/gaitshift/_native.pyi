@@ -10,6 +10,8 @@ _Floats = NDArray[np.float64]
 
 COLUMNS: list[str]
 """Names of a recording's columns, units in the name."""
+DETAILS: list[str]
+"""Names of the columns that a recording may have beside these."""
 INFO_NAMES: list[str]
 """Names of the numbers in an environment's info."""
 OBSERVATION_NAMES: list[str]
