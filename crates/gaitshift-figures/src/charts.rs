@@ -5,7 +5,7 @@ use gaitshift_analysis::support::{PhaseInterval, SupportPhase};
 use crate::canvas::{Anchor, Canvas, Ink, Paint, Point, Rect, TextStyle};
 use crate::chart::{Axis, Panel};
 use crate::raster::text_width;
-use crate::style::{LABEL, QUIET, SERIES, SMALL, TEXT, TITLE, WHITE};
+use crate::style::{LABEL, QUIET, SERIES, SMALL, TEXT, TITLE};
 use crate::support;
 use crate::{Figure, FigureError};
 
@@ -205,7 +205,8 @@ impl Looks {
     /// Filled circle, hollow square, filled triangle, hollow diamond, cross, hollow circle.
     fn mark(canvas: &mut Canvas, (x, y): Point, index: usize) {
         let ink = Self::ink(index);
-        let (filled, hollow) = (Paint::fill(ink), Paint::fill(WHITE).outlined(ink, 1.2));
+        // Hollow ones are open: what lies below them shows.
+        let (filled, hollow) = (Paint::fill(ink), Paint::stroke(ink, 1.2));
         let r = 2.6;
         match index % 6 {
             0 => canvas.circle((x, y), r, filled),

@@ -16,6 +16,7 @@ mod experiments;
 mod figures;
 mod headline;
 mod page;
+mod return_map;
 mod study;
 mod subject;
 mod table;
@@ -27,6 +28,7 @@ pub use episodes::Episodes;
 pub use error::ReportError;
 pub use experiments::study_experiments;
 pub use headline::{HeadlineNumber, headline_numbers};
+pub use return_map::{ReturnMap, Section, spectral_radius};
 pub use study::{
     Change, Landing, Measured, NoiseTolerance, Plan, StartedMotion, Steady, StepHeight, Study,
 };

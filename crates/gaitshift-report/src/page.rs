@@ -115,6 +115,7 @@ pub(crate) fn html(
         page.changes(&m.study);
         page.noise(&m.study, plan);
         page.step_heights(&m.study);
+        page.return_maps(&m.study);
         page.fine_step(&m.study, plan);
     }
 
@@ -177,7 +178,7 @@ impl Page {
 
     fn findings(&mut self, findings: &[Finding]) {
         self.push(
-            "<div class=\"scroll\"><table>\n<thead><tr><th>from</th><th>claim, when it holds, command</th>\
+            "<div class=\"scroll\"><table class=\"stacked\">\n<thead><tr><th>from</th><th>claim, when it holds, command</th>\
              <th class=\"number\">theirs</th><th class=\"number\">ours</th><th>verdict</th></tr></thead>\n<tbody>\n",
         );
         for f in findings {
@@ -186,8 +187,8 @@ impl Page {
                 _ => estimate(f.estimate, f.seeds.len()),
             };
             self.write(format_args!(
-                "<tr><td>{}</td><td>{}<div class=\"quiet\">{}; <code>{}</code></div></td><td class=\"number\">{}</td>\
-                 <td class=\"number\">{ours}</td><td class=\"verdict {}\">{} {}</td></tr>\n",
+                "<tr><td>{}</td><td class=\"main\">{}<div class=\"quiet\">{}; <code>{}</code></div></td>\
+                 <td class=\"number\" data-name=\"theirs\">{}</td><td class=\"number\" data-name=\"ours\">{ours}</td><td class=\"verdict {}\">{} {}</td></tr>\n",
                 Escaped(f.source),
                 Prose(f.claim),
                 Prose(&f.rule),
@@ -203,16 +204,17 @@ impl Page {
 
     fn numbers(&mut self, numbers: &[HeadlineNumber]) {
         self.push(
-            "<div class=\"scroll\"><table>\n<thead><tr><th>number</th><th class=\"number\">ours</th><th>people</th>\
-             <th>command</th></tr></thead>\n<tbody>\n",
+            "<div class=\"scroll\"><table class=\"stacked\">\n<thead><tr><th>number, command</th><th class=\"number\">ours</th><th>people</th>\
+             </tr></thead>\n<tbody>\n",
         );
         for n in numbers {
             self.write(format_args!(
-                "<tr><td>{}</td><td class=\"number\">{}</td><td>{}</td><td><code>{}</code></td></tr>\n",
+                "<tr><td class=\"main\">{}<div class=\"quiet\"><code>{}</code></div></td><td class=\"number\" data-name=\"ours\">{}</td>\
+                 <td data-name=\"people\">{}</td></tr>\n",
                 Prose(n.name),
+                Escaped(n.command),
                 estimate(n.estimate, n.seeds.len()),
-                Prose(n.people),
-                Escaped(n.command)
+                Prose(n.people)
             ));
         }
         self.push("</tbody></table></div>\n");
@@ -347,6 +349,32 @@ impl Page {
             ));
         }
         self.push("</tbody></table></div>\n");
+    }
+
+    fn return_maps(&mut self, study: &Study) {
+        self.push(
+            "<h3>Return map: largest multiplier of a stride</h3>\n<div class=\"scroll\"><table><thead><tr><th class=\"number\">ω<sub>v</sub></th>\
+             <th class=\"number\">stride (s)</th><th class=\"number\">largest multiplier</th>\
+             <th class=\"number\">differences four times as wide</th><th class=\"number\">change in a stride</th></tr></thead><tbody>\n",
+        );
+        for map in &study.return_maps {
+            let multiplier =
+                |value: Option<f64>| value.map_or_else(|| "no fixed point".to_owned(), short);
+            self.write(format_args!(
+                "<tr><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
+                 <td class=\"number\">{}</td><td class=\"number\">{}</td></tr>\n",
+                map.omega_v,
+                short(map.stride_s),
+                multiplier(map.multiplier),
+                multiplier(map.multiplier_check),
+                short(map.residual)
+            ));
+        }
+        self.push(
+            "</tbody></table></div>\n<p class=\"quiet\">Below 1 a deviation shrinks from stride to stride. The section is where the right leg \
+             passes the left; the controller acts every millisecond here, for a stride need not be a whole number of control periods. \
+             Central differences; the last column is 0 at a fixed point.</p>\n",
+        );
     }
 
     fn fine_step(&mut self, study: &Study, plan: &Plan) {

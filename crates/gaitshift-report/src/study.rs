@@ -1,7 +1,7 @@
 //! What is measured of one controller, and what was found.
 
 use crate::trace::Trace;
-use crate::{Episodes, ReportError, Subject};
+use crate::{Episodes, ReportError, ReturnMap, Subject};
 use gaitshift_analysis::recording::{Recording, Window, column};
 use gaitshift_analysis::{AnalysisOptions, GaitClass, GaitSummary, TransitionSummary, summarise};
 use gaitshift_body::{Body, BodyParameters};
@@ -255,6 +255,8 @@ pub struct Study {
     pub step_heights: Vec<StepHeight>,
     /// Noise.
     pub noise: Vec<NoiseTolerance>,
+    /// Return maps, of the commands under which it strides.
+    pub return_maps: Vec<ReturnMap>,
     /// How feet come down.
     pub landings: Vec<Landing>,
     /// Share of the late episodes of its training that ended in a fall.
@@ -371,6 +373,11 @@ impl Measured {
                 Trace::follow(subject, omega_v, TRACED_S[0], TRACED_S[1])?,
             ));
         }
+        progress("return maps");
+        let mut return_maps = Vec::new();
+        for omega_v in TRACED {
+            return_maps.extend(ReturnMap::find(subject, omega_v)?);
+        }
         let p = subject.body.parameters();
         let weight_n = p.total_mass_kg() * p.gravity_m_per_s2;
         let landings = traces
@@ -397,6 +404,7 @@ impl Measured {
             walk_run_walk,
             step_heights,
             noise,
+            return_maps,
             landings,
             late_falls: episodes.late_falls(),
         };

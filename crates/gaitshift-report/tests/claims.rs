@@ -82,6 +82,7 @@ fn study(walk: f64, run: f64) -> Study {
             })
             .to_vec(),
         noise: Vec::new(),
+        return_maps: Vec::new(),
         landings: Vec::new(),
         late_falls: None,
     }

@@ -1,0 +1,239 @@
+//! The return map of a gait: how a deviation from its stride grows or shrinks from one stride to the next.
+//!
+//! The section is where the right leg passes the left one forward, once a stride. A state on it has 20 coordinates, all but
+//! the way travelled and the difference of the leg angles, which is 0. The controller begins its period at the section and acts every
+//! millisecond, so that the map does not depend on where in a control period the section is met: with the usual period of 10 ms
+//! a stride need not be a whole number of periods, and there would be no fixed point.
+//!
+//! The multipliers are the eigenvalues of the map's derivative at its fixed point (Floquet). Below 1 a gait is stable.
+
+use crate::{ReportError, Subject};
+use gaitshift_body::{Body, BodyState, EnergyAccount};
+use gaitshift_experiment::{Control, Deterministic};
+use gaitshift_task::{ACTION_SIZE, Environment, OBSERVATION_SIZE, scale_observation};
+use serde::Serialize;
+
+/// Coordinates of a state on the section.
+const SIZE: usize = 20;
+/// How long the controller holds its commands, in s.
+const HOLD_S: f64 = 0.001;
+/// Longest stride, in s.
+const LONGEST_S: f64 = 4.0;
+/// Strides for the map to settle, and when it has.
+const MOST_STRIDES: usize = 400;
+const SETTLED: f64 = 1e-9;
+/// A point that a stride changes by more than this is no fixed point.
+const FIXED: f64 = 1e-5;
+/// Step of the central differences, in m, rad, m/s and rad/s; and that of the check.
+const STEP: f64 = 1e-5;
+const OTHER_STEP: f64 = 4e-5;
+
+/// A state on the section: height, pitch, the legs' common angle, their rates, forward speed, the rates of the leg angles, and of
+/// each leg the displacements of thigh, tibia and foot with their rates.
+pub type Section = [f64; SIZE];
+
+/// The fixed point of a gait's return map, and its largest multiplier.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ReturnMap {
+    /// The command.
+    pub omega_v: f64,
+    /// Time of a stride, in s.
+    pub stride_s: f64,
+    /// By how much a stride changes the point, as the greatest change of a coordinate: 0 at a fixed point.
+    pub residual: f64,
+    /// Largest amount of a multiplier; nothing without a fixed point.
+    pub multiplier: Option<f64>,
+    /// The same from central differences four times as wide: near the other if the map is smooth there.
+    pub multiplier_check: Option<f64>,
+}
+
+impl ReturnMap {
+    /// Follows a subject's default start to the fixed point of its stride, and differentiates the map there. Nothing if it
+    /// falls or does not stride.
+    ///
+    /// # Errors
+    /// None at present.
+    pub fn find(subject: &mut Subject, omega_v: f64) -> Result<Option<Self>, ReportError> {
+        let Subject {
+            controller, body, ..
+        } = subject;
+        let start = Environment::default_start(body, &controller.task);
+        let mut strider = Strider {
+            body,
+            policy: Deterministic(&mut controller.policy),
+            omega_v,
+            pitch_limit_rad: controller.task.termination.pitch_limit_rad,
+        };
+        let Some((mut point, mut stride_s)) = strider.until_section(start) else {
+            return Ok(None);
+        };
+        let mut residual = f64::INFINITY;
+        for _ in 0..MOST_STRIDES {
+            let Some((next, time_s)) = strider.stride(&point) else {
+                return Ok(None);
+            };
+            residual = distance(&next, &point);
+            (point, stride_s) = (next, time_s);
+            if residual < SETTLED {
+                break;
+            }
+        }
+        let fixed = residual < FIXED;
+        let mut largest = |step: f64| {
+            let derivative = fixed.then(|| strider.derivative(&point, step)).flatten()?;
+            spectral_radius(&derivative)
+        };
+        Ok(Some(Self {
+            omega_v,
+            stride_s,
+            residual,
+            multiplier: largest(STEP),
+            multiplier_check: largest(OTHER_STEP),
+        }))
+    }
+}
+
+/// Moves a body from section to section.
+struct Strider<'a> {
+    body: &'a Body,
+    policy: Deterministic<'a>,
+    omega_v: f64,
+    pitch_limit_rad: f64,
+}
+
+impl Strider<'_> {
+    /// The next point on the section and the time to it.
+    fn stride(&mut self, point: &Section) -> Option<(Section, f64)> {
+        self.until_section(state_of(point))
+    }
+
+    fn until_section(&mut self, mut s: BodyState) -> Option<(Section, f64)> {
+        let dt = self.body.parameters().time_step_s;
+        let steps = (HOLD_S / dt).round().max(1.0) as u32;
+        let ahead = |s: &BodyState| s.legs[0].psi - s.legs[1].psi;
+        let mut taken = 0_u32;
+        while f64::from(taken) * dt < LONGEST_S {
+            let observation = Environment::new(self.body, s, self.omega_v).observation();
+            let mut scaled = [0.0; OBSERVATION_SIZE];
+            scale_observation(&observation, &mut scaled);
+            let mut action = [0.0; ACTION_SIZE];
+            self.policy.act(&scaled, &mut action);
+            let command = action.map(f64::from);
+            for _ in 0..steps {
+                let old = s;
+                let mut account = EnergyAccount::default();
+                let report = self.body.advance(&mut s, command, 1, &mut account);
+                if report.diverged || s.theta.abs() > self.pitch_limit_rad {
+                    return None;
+                }
+                let (before, after) = (ahead(&old), ahead(&s));
+                if before < 0.0 && after >= 0.0 {
+                    let share = before / (before - after);
+                    let (a, b) = (point_of(&old), point_of(&s));
+                    let point = std::array::from_fn(|k| a[k] + share * (b[k] - a[k]));
+                    return Some((point, (f64::from(taken) + share) * dt));
+                }
+                taken += 1;
+            }
+        }
+        None
+    }
+
+    /// Central differences, a column for each coordinate.
+    fn derivative(&mut self, point: &Section, step: f64) -> Option<Vec<Section>> {
+        (0..SIZE)
+            .map(|k| {
+                let mut moved = |by: f64| {
+                    let mut start = *point;
+                    start[k] += by;
+                    self.stride(&start).map(|(end, _)| end)
+                };
+                let (up, down) = (moved(step)?, moved(-step)?);
+                Some(std::array::from_fn(|i| (up[i] - down[i]) / (2.0 * step)))
+            })
+            .collect()
+    }
+}
+
+fn distance(a: &Section, b: &Section) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max)
+}
+
+fn point_of(s: &BodyState) -> Section {
+    let [r, l] = &s.legs;
+    [
+        s.z,
+        s.theta,
+        0.5 * (r.psi + l.psi),
+        s.x_dot,
+        s.z_dot,
+        s.theta_dot,
+        r.psi_dot,
+        l.psi_dot,
+        r.thigh,
+        r.thigh_dot,
+        r.tibia,
+        r.tibia_dot,
+        r.foot,
+        r.foot_dot,
+        l.thigh,
+        l.thigh_dot,
+        l.tibia,
+        l.tibia_dot,
+        l.foot,
+        l.foot_dot,
+    ]
+}
+
+fn state_of(point: &Section) -> BodyState {
+    let leg = |psi_dot: f64, at: usize| gaitshift_body::LegState {
+        psi: point[2],
+        psi_dot,
+        thigh: point[at],
+        thigh_dot: point[at + 1],
+        tibia: point[at + 2],
+        tibia_dot: point[at + 3],
+        foot: point[at + 4],
+        foot_dot: point[at + 5],
+    };
+    BodyState {
+        x: 0.0,
+        z: point[0],
+        theta: point[1],
+        x_dot: point[3],
+        z_dot: point[4],
+        theta_dot: point[5],
+        legs: [leg(point[6], 8), leg(point[7], 14)],
+    }
+}
+
+/// Largest amount of an eigenvalue of a square matrix given by its columns: `lim ‖Mⁿ‖^(1/n)`, n a power of two (Gelfand). Real and
+/// complex eigenvalues alike. Nothing if a number is not finite.
+pub fn spectral_radius(columns: &[Section]) -> Option<f64> {
+    /// 2³⁰ factors: what the norm adds vanishes, for matrices far from normal too.
+    const SQUARINGS: i32 = 30;
+    let mut power: Vec<Section> = columns.to_vec();
+    // The logarithm of the size that was divided out, per factor of the product so far.
+    let mut logarithm = 0.0;
+    for squaring in 0..=SQUARINGS {
+        let norm = power.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
+        if norm == 0.0 {
+            return Some(0.0);
+        }
+        if !norm.is_finite() {
+            return None;
+        }
+        logarithm += norm.ln() / 2f64.powi(squaring);
+        for value in power.iter_mut().flatten() {
+            *value /= norm;
+        }
+        let square = |j: usize| -> Section {
+            std::array::from_fn(|i| (0..power.len()).map(|k| power[k][i] * power[j][k]).sum())
+        };
+        power = (0..power.len()).map(square).collect();
+    }
+    Some(logarithm.exp())
+}
