@@ -3,9 +3,12 @@
 use crate::trace::Trace;
 use crate::{Episodes, ReportError, ReturnMap, Subject};
 use gaitshift_analysis::recording::{Recording, Window, column};
-use gaitshift_analysis::{AnalysisOptions, GaitClass, GaitSummary, TransitionSummary, summarise};
+use gaitshift_analysis::{
+    AnalysisOptions, GaitClass, GaitSummary, TransitionOptions, TransitionSummary, summarise,
+    summarise_transition,
+};
 use gaitshift_body::{Body, BodyParameters};
-use gaitshift_experiment::{CommandProfile, Criteria, Deterministic, Rollout, Simulation, judge};
+use gaitshift_experiment::{CommandProfile, Deterministic, Rollout, Simulation};
 use gaitshift_task::{Disturbance, Environment, SensorNoise, TerrainStep};
 use serde::Serialize;
 
@@ -324,20 +327,8 @@ impl Measured {
         let starts = random_starts(subject, plan)?;
 
         progress("changes of gait");
-        let criteria = Criteria {
-            omega_v: vec![walk, run],
-            walking_omega_v: walk,
-            running_omega_v: run,
-            ramp_s: plan.ramp_s,
-            phases: plan.phases,
-            ..Criteria::default()
-        };
-        let judgement = judge(
-            &subject.body,
-            &subject.controller.task,
-            &criteria,
-            &mut Deterministic(&mut subject.controller.policy),
-        )?;
+        let to_running = changes_by_phase(subject, plan, [walk, run])?;
+        let to_walking = changes_by_phase(subject, plan, [run, walk])?;
         let change = |subject: &mut Subject, from: f64, to: f64| {
             let profile = CommandProfile::ramp(from, to, AROUND_S, plan.ramp_s);
             record(subject, &profile, 2.0 * AROUND_S + plan.ramp_s, None)
@@ -399,8 +390,8 @@ impl Measured {
             stairs_up,
             stairs_down,
             starts,
-            to_running: judgement.to_running.iter().map(Change::of).collect(),
-            to_walking: judgement.to_walking.iter().map(Change::of).collect(),
+            to_running,
+            to_walking,
             walk_run_walk,
             step_heights,
             noise,
@@ -504,6 +495,31 @@ fn energy_change_j(recording: &Recording, window: Window) -> Option<f64> {
         .map(|row| (total(row + 1) - total(row)).abs())
         .collect();
     gaitshift_analysis::statistics::mean(&changes)
+}
+
+/// The change from one command to another, begun at several phases of the stride. A motion that does not last has no phases from
+/// which to change.
+fn changes_by_phase(
+    subject: &mut Subject,
+    plan: &Plan,
+    [from, to]: [f64; 2],
+) -> Result<Vec<Change>, ReportError> {
+    let steady = steady_motion(subject, from, 2.0 * AROUND_S)?.summary;
+    if steady.fell {
+        return Ok(Vec::new());
+    }
+    let stride_s = steady.step_frequency_hz.map_or(1.0, |f| 2.0 / f);
+    (0..plan.phases)
+        .map(|phase| {
+            let start_s = AROUND_S + stride_s * phase as f64 / plan.phases as f64;
+            let end_s = start_s + plan.ramp_s;
+            let profile = CommandProfile::ramp(from, to, start_s, plan.ramp_s);
+            let recording = record(subject, &profile, end_s + AROUND_S, None)?;
+            let options = TransitionOptions::default();
+            let summary = summarise_transition(&recording, start_s, end_s, &options);
+            Ok(Change::of(&summary))
+        })
+        .collect()
 }
 
 /// The motions of the tables with another integration step.
