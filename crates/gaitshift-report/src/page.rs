@@ -355,25 +355,28 @@ impl Page {
         self.push(
             "<h3>Return map: largest multiplier of a stride</h3>\n<div class=\"scroll\"><table><thead><tr><th class=\"number\">ω<sub>v</sub></th>\
              <th class=\"number\">stride (s)</th><th class=\"number\">largest multiplier</th>\
-             <th class=\"number\">differences four times as wide</th><th class=\"number\">change in a stride</th></tr></thead><tbody>\n",
+             <th class=\"number\">differences four times as wide</th>\
+             <th class=\"number\">real deviation shrinks by</th><th class=\"number\">change in a stride</th></tr></thead><tbody>\n",
         );
         for map in &study.return_maps {
             let multiplier =
                 |value: Option<f64>| value.map_or_else(|| "no fixed point".to_owned(), short);
             self.write(format_args!(
                 "<tr><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
-                 <td class=\"number\">{}</td><td class=\"number\">{}</td></tr>\n",
+                 <td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>\n",
                 map.omega_v,
                 short(map.stride_s),
                 multiplier(map.multiplier),
                 multiplier(map.multiplier_check),
+                multiplier(map.decay),
                 short(map.residual)
             ));
         }
         self.push(
             "</tbody></table></div>\n<p class=\"quiet\">Below 1 a deviation shrinks from stride to stride. The section is where the right leg \
              passes the left; the controller acts every millisecond here, for a stride need not be a whole number of control periods. \
-             Central differences; the last column is 0 at a fixed point.</p>\n",
+             Central differences; the deviation is of a millimetre, a millirad, a millimetre or a millirad per second; the last column is 0 \
+             at a fixed point.</p>\n",
         );
     }
 

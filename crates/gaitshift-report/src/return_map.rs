@@ -27,6 +27,11 @@ const FIXED: f64 = 1e-5;
 /// Step of the central differences, in m, rad, m/s and rad/s; and that of the check.
 const STEP: f64 = 1e-5;
 const OTHER_STEP: f64 = 4e-5;
+/// A real deviation, in every coordinate; strides over which it is followed; and where it ends in the point's own uncertainty.
+const DEVIATION: f64 = 1e-3;
+const FIRST_STRIDE: usize = 3;
+const LAST_STRIDE: usize = 20;
+const LEAST_DEVIATION: f64 = 5e-6;
 
 /// A state on the section: height, pitch, the legs' common angle, their rates, forward speed, the rates of the leg angles, and of
 /// each leg the displacements of thigh, tibia and foot with their rates.
@@ -45,6 +50,8 @@ pub struct ReturnMap {
     pub multiplier: Option<f64>,
     /// The same from central differences four times as wide: near the other if the map is smooth there.
     pub multiplier_check: Option<f64>,
+    /// By what factor a stride shrinks a real deviation, mean over some strides: the multiplier again, but for what is not linear.
+    pub decay: Option<f64>,
 }
 
 impl ReturnMap {
@@ -89,6 +96,7 @@ impl ReturnMap {
             residual,
             multiplier: largest(STEP),
             multiplier_check: largest(OTHER_STEP),
+            decay: fixed.then(|| strider.decay(&point)).flatten(),
         }))
     }
 }
@@ -137,6 +145,21 @@ impl Strider<'_> {
             }
         }
         None
+    }
+
+    /// Mean factor of a deviation from the fixed point from one stride to the next, once the quick parts are gone and until it is
+    /// as small as the point is uncertain.
+    fn decay(&mut self, point: &Section) -> Option<f64> {
+        let mut moved = point.map(|value| value + DEVIATION);
+        let mut distances = Vec::new();
+        for _ in 0..LAST_STRIDE {
+            moved = self.stride(&moved)?.0;
+            distances.push(distance(&moved, point));
+        }
+        let mut seen = distances.iter().enumerate().skip(FIRST_STRIDE);
+        let (first, from) = seen.next()?;
+        let (last, to) = seen.take_while(|(_, d)| **d > LEAST_DEVIATION).last()?;
+        Some((to / from).powf(1.0 / (last - first) as f64))
     }
 
     /// Central differences, a column for each coordinate.

@@ -59,4 +59,5 @@ fn the_walk_is_a_stable_fixed_point() {
     let (largest, check) = (map.multiplier.unwrap(), map.multiplier_check.unwrap());
     assert!((0.2..1.0).contains(&largest), "{map:?}");
     assert!((largest - check).abs() < 0.05, "{map:?}");
+    assert!((largest - map.decay.unwrap()).abs() < 0.1, "{map:?}");
 }
