@@ -20,8 +20,8 @@ const HOLD_S: f64 = 0.001;
 /// Longest stride, in s.
 const LONGEST_S: f64 = 4.0;
 /// Strides for the map to settle, and when it has.
-const MOST_STRIDES: usize = 400;
-const SETTLED: f64 = 1e-9;
+const MOST_STRIDES: usize = 200;
+const SETTLED: f64 = 2e-7;
 /// A point that a stride changes by more than this is no fixed point.
 const FIXED: f64 = 1e-5;
 /// Step of the central differences, in m, rad, m/s and rad/s; and that of the check.

@@ -33,6 +33,8 @@ pub struct Plan {
     pub step_heights_m: [f64; 3],
     /// Levels of noise that are tried, in standard deviations of the observation itself.
     pub noise_levels: Vec<f64>,
+    /// Commands whose motion is followed at the integration step, and whose return map is sought.
+    pub followed: Vec<f64>,
     /// Finer integration step beside the usual one, in s.
     pub fine_step_s: f64,
     /// Duration of a ramp of the command, in s, and phases of the stride from which it begins.
@@ -54,6 +56,7 @@ impl Plan {
             trials: 10,
             step_heights_m: [0.002, 0.04, 0.002],
             noise_levels: vec![0.05, 0.1, 0.2, 0.5, 1.0, 2.0],
+            followed: vec![0.0, 0.2, 0.4, 1.0, 3.0],
             fine_step_s: 5e-5,
             ramp_s: 0.4,
             phases: 20,
@@ -285,9 +288,7 @@ pub struct Measured {
 
 /// Time that a change of gait is recorded before the command changes and after, in s.
 const AROUND_S: f64 = 10.0;
-/// Commands of the traces.
-const TRACED: [f64; 5] = [0.0, 0.2, 0.4, 1.0, 3.0];
-/// The part of them that is traced, in s.
+/// The part of a motion that is followed at the integration step, in s.
 const TRACED_S: [f64; 2] = [15.0, 19.0];
 /// Where the first step in the ground is tried, and how far apart the places are, in m.
 const STEP_AT_M: f64 = 5.0;
@@ -358,7 +359,7 @@ impl Measured {
 
         progress("motions at the integration step");
         let mut traces = Vec::new();
-        for omega_v in TRACED {
+        for &omega_v in &plan.followed {
             traces.push((
                 omega_v,
                 Trace::follow(subject, omega_v, TRACED_S[0], TRACED_S[1])?,
@@ -366,7 +367,7 @@ impl Measured {
         }
         progress("return maps");
         let mut return_maps = Vec::new();
-        for omega_v in TRACED {
+        for &omega_v in &plan.followed {
             return_maps.extend(ReturnMap::find(subject, omega_v)?);
         }
         let p = subject.body.parameters();

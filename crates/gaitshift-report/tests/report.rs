@@ -18,6 +18,7 @@ fn tiny() -> Plan {
         phases: 2,
         step_heights_m: [0.002, 0.004, 0.002],
         noise_levels: vec![0.5],
+        followed: vec![0.0, 3.0],
         ..Plan::quick()
     }
 }
