@@ -33,7 +33,7 @@ impl Subject {
         Self::new("shipped controller".to_owned(), controller, None)
     }
 
-    /// A controller file, or a run's folder for the best controller in it.
+    /// A controller file, or a run's folder for the best controller in it, which is then named after experiment and seed.
     ///
     /// # Errors
     /// What is wrong with the file or the folder.
@@ -50,6 +50,7 @@ impl Subject {
         let mut subject = Self::new(name, controller, None)?;
         if path.join("config.toml").is_file() {
             let run = RunName::read(path).map_err(|cause| bad(cause.to_string()))?;
+            subject.name = format!("{}, seed {}", run.name, run.seed);
             (subject.group, subject.seed) = (run.name, run.seed);
             subject.run = Some(path.to_owned());
         }

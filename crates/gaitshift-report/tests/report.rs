@@ -150,10 +150,15 @@ fn a_run_brings_its_episodes() {
         .unwrap()
         .write(&run.join("controller.safetensors"))
         .unwrap();
-    let mut subject = Subject::read(&run).unwrap();
-    assert_eq!(subject.run, None);
-    subject.run = Some(run.clone());
-    subject.group = "paper".to_owned();
+    assert_eq!(Subject::read(&run).unwrap().run, None);
+    // Folders of several experiments are all called `seed-1`: a run is named after what it is.
+    std::fs::write(run.join("config.toml"), "name = \"paper\"\nseed = 7\n").unwrap();
+    let subject = Subject::read(&run).unwrap();
+    assert_eq!(
+        (subject.name.as_str(), subject.group.as_str(), subject.seed),
+        ("paper, seed 7", "paper", 7)
+    );
+    assert_eq!(subject.run, Some(run.clone()));
     let log = "step,omega_v,total_reward,periods,ended,distance_m\n";
     let episodes: String = (1..=10)
         .map(|k| {
