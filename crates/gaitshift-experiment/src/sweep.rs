@@ -11,8 +11,10 @@ mod vary;
 pub use table::{Estimate, EvaluationSummary, SweepTable, TrialSummary, VariantSummary};
 
 use crate::config::{ConfigError, Experiment, did_you_mean, overlay};
+use crate::durable;
 use crate::provenance::portable_command;
 use crate::run_folder::{RunFolder, TrainingError};
+use crate::tensorboard::{Setting, settings_file};
 use crate::training::{Observer, RunReport, Training};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -73,6 +75,10 @@ struct VariantEntry {
     #[serde(skip)]
     values: Vec<(String, String)>,
 }
+
+/// A trial's settings for TensorBoard. It reads the files of a folder by name, each to its end before the next, so these come
+/// before the scalars, which grow.
+const SETTINGS: &str = "events.out.tfevents.a-settings";
 
 /// Most characters in the name of a variant's folder; file systems take 255 bytes.
 const LONGEST_NAME: usize = 180;
@@ -256,7 +262,12 @@ impl Sweep {
                 let at = folder.join(&trial.folder);
                 let result = match trial.is_finished(&at) {
                     Ok(true) => Ok(None),
-                    Ok(false) => trial.run(&at, command, &mut observer(trial)).map(Some),
+                    Ok(false) => {
+                        let settings = self.settings(trial);
+                        trial
+                            .run(&at, command, &settings, &mut observer(trial))
+                            .map(Some)
+                    }
                     Err(error) => Err(error),
                 };
                 let mut outcome = outcome.lock().unwrap_or_else(|e| e.into_inner());
@@ -289,6 +300,17 @@ impl Sweep {
             (_, Some(error)) => Err(error),
             (report, None) => Ok(report),
         }
+    }
+
+    /// What TensorBoard's table of hyperparameters says of a trial: its variant, what varies where keys vary, its seed.
+    fn settings(&self, trial: &Trial) -> Vec<(String, Setting)> {
+        let variant = &self.variants[trial.variant];
+        let mut settings = vec![("variant".to_owned(), Setting::Word(variant.name.clone()))];
+        let values = variant.values.iter();
+        settings.extend(values.map(|(key, value)| (key.clone(), Setting::parse(value))));
+        let seed = Setting::Number(trial.experiment.seed as f64);
+        settings.push(("seed".to_owned(), seed));
+        settings
     }
 
     /// What the trials reached, as far as they are.
@@ -334,6 +356,7 @@ impl Trial {
         &self,
         folder: &Path,
         command: &str,
+        settings: &[(String, Setting)],
         observer: &mut impl Observer,
     ) -> Result<RunReport, TrainingError> {
         let mut training = if RunFolder::at(folder).has_checkpoint() {
@@ -344,7 +367,12 @@ impl Trial {
                 std::fs::remove_dir_all(folder)
                     .map_err(|e| TrainingError::other(folder, e.to_string()))?;
             }
-            Training::new(self.experiment.clone(), folder, command)?
+            let training = Training::new(self.experiment.clone(), folder, command)?;
+            let file = folder.join(SETTINGS);
+            settings_file(settings)
+                .and_then(|bytes| durable::write(&file, &bytes))
+                .map_err(|e| TrainingError::other(&file, e.to_string()))?;
+            training
         };
         training.run(observer)
     }

@@ -1,7 +1,7 @@
-//! TensorBoard event files: scalars by name and step.
+//! TensorBoard event files: scalars by name and step, and the settings of a run for its table of hyperparameters.
 //!
 //! An event file is a sequence of records `length, crc(length), data, crc(data)` with masked CRC-32C,
-//! each `data` a protocol-buffer `Event`. Only scalars are needed, so the few bytes are written here.
+//! each `data` a protocol-buffer `Event`. Only these are needed, so the few bytes are written here.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -27,7 +27,7 @@ impl EventWriter {
         if new {
             let mut event = Vec::new();
             put_double(&mut event, 1, 0.0);
-            put_bytes(&mut event, 3, b"brain.Event:2");
+            put_bytes(&mut event, 3, VERSION);
             writer.record(&event)?;
         }
         Ok(writer)
@@ -72,12 +72,77 @@ impl EventWriter {
     }
 
     fn record(&mut self, data: &[u8]) -> io::Result<()> {
-        let length = (data.len() as u64).to_le_bytes();
-        self.file.write_all(&length)?;
-        self.file.write_all(&masked_crc(&length).to_le_bytes())?;
-        self.file.write_all(data)?;
-        self.file.write_all(&masked_crc(data).to_le_bytes())
+        put_record(&mut self.file, data)
     }
+}
+
+/// A setting's value as TensorBoard's hyperparameters have it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Setting {
+    /// A number.
+    Number(f64),
+    /// A word.
+    Word(String),
+}
+
+impl Setting {
+    /// A number where `text` is one.
+    pub fn parse(text: &str) -> Self {
+        text.parse().map_or_else(
+            |_| Self::Word(text.trim_matches('"').to_owned()),
+            Self::Number,
+        )
+    }
+}
+
+/// The bytes of an event file with the settings of a run, which TensorBoard shows beside the scalars of the same folder.
+/// No group is named, so that every run has a row of its own.
+pub fn settings_file(settings: &[(String, Setting)]) -> io::Result<Vec<u8>> {
+    const PLUGIN: &[u8] = b"hparams";
+    let mut session = Vec::new();
+    for (name, setting) in settings {
+        // google.protobuf.Value: a number is its field 2, a string its field 3.
+        let mut value = Vec::new();
+        match setting {
+            Setting::Number(number) => put_double(&mut value, 2, *number),
+            Setting::Word(word) => put_bytes(&mut value, 3, word.as_bytes()),
+        }
+        let mut entry = Vec::new();
+        put_bytes(&mut entry, 1, name.as_bytes());
+        put_bytes(&mut entry, 2, &value);
+        put_bytes(&mut session, 1, &entry);
+    }
+    let mut content = Vec::new();
+    put_bytes(&mut content, 3, &session);
+    let mut plugin = Vec::new();
+    put_bytes(&mut plugin, 1, PLUGIN);
+    put_bytes(&mut plugin, 2, &content);
+    let mut metadata = Vec::new();
+    put_bytes(&mut metadata, 1, &plugin);
+    let mut entry = Vec::new();
+    put_bytes(&mut entry, 1, b"_hparams_/session_start_info");
+    put_bytes(&mut entry, 9, &metadata);
+    let mut summary = Vec::new();
+    put_bytes(&mut summary, 1, &entry);
+    let (mut version, mut event) = (Vec::new(), Vec::new());
+    put_double(&mut version, 1, 0.0);
+    put_bytes(&mut version, 3, VERSION);
+    put_double(&mut event, 1, 0.0);
+    put_bytes(&mut event, 5, &summary);
+    let mut bytes = Vec::new();
+    put_record(&mut bytes, &version)?;
+    put_record(&mut bytes, &event)?;
+    Ok(bytes)
+}
+
+const VERSION: &[u8] = b"brain.Event:2";
+
+fn put_record(out: &mut impl Write, data: &[u8]) -> io::Result<()> {
+    let length = (data.len() as u64).to_le_bytes();
+    out.write_all(&length)?;
+    out.write_all(&masked_crc(&length).to_le_bytes())?;
+    out.write_all(data)?;
+    out.write_all(&masked_crc(data).to_le_bytes())
 }
 
 fn masked_crc(data: &[u8]) -> u32 {
