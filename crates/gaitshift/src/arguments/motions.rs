@@ -1,0 +1,354 @@
+//! Arguments of the commands that measure what controllers do.
+
+use super::values::{Commands, Seeds, commands, duration_s, omega_v, seeds, time_s};
+use super::{ChangeArguments, SubjectArguments};
+use crate::disturb::DisturbanceArguments;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Shows a controller walk, run and change gait: a table, an animation and figures.
+///
+/// Writes into the folder given by --out:
+///   walk-run-walk.gif        the body on its way from walking to running and back
+///   walk-to-run.svg, .png    energies and speed over the change of gait, support phases shaded
+///   run-to-walk.svg, .png    the same for the way back
+///   walking.svg, .png        a stride of the walk
+///   running.svg, .png        a stride of the run
+///   sweep.svg, .png          speed, cost of transport and support against the command
+/// and prints what the controller does over the range of its command.
+#[derive(Debug, Args)]
+#[command(verbatim_doc_comment)]
+pub struct DemoArguments {
+    /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
+    #[arg(long, value_name = "FILE|DIR")]
+    pub controller: Option<PathBuf>,
+
+    /// Folder for the pictures; files of the same names are replaced
+    #[arg(long, value_name = "DIR", default_value = "out/demo")]
+    pub out: PathBuf,
+}
+
+/// Measures what a controller does under constant commands.
+///
+/// One motion per command, one row per motion. After the settling time each motion is described by its
+/// gait (standing, walking, running, mixed or fallen), speed, Froude number v/√(g l), shares of time in
+/// double support, single support and flight, cost of transport, step frequency and step length. In a walk
+/// steps alternate and have double support and no flight; in a run they have flight and no double
+/// support. A step lasts from one touchdown to the next.
+///
+/// With --json, standard output is {"rows": [{"omega_v", "survived_s", "fell", "gait", "speed_m_per_s",
+/// "froude", "double_support", "single_support", "flight", "cost_of_transport", "step_frequency_hz",
+/// "step_length_m", ...}]}; what is undefined for a motion is null. A disturbed motion has "disturbance" in its row: what was
+/// applied, as the TOML file of --disturbance has it, pushes with their times.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift evaluate
+  gaitshift evaluate --controller runs/fast-1 --omega-v 0,3
+  gaitshift evaluate --seed 7 --out out/seed-7
+  gaitshift evaluate --seed 1..12 --omega-v 0:3.5:0.25
+  gaitshift evaluate --set friction=0.6 --set hip_mass_kg=25
+  gaitshift evaluate --push 150@5 --latency 10ms --noise theta_velocity=0.1
+  gaitshift evaluate --omega-v 0,3 --seed 1..12 --slope 2deg@2 --step-up 0.01
+  gaitshift evaluate --criteria --json
+  gaitshift evaluate --controller runs/mine-1 --criteria
+  gaitshift evaluate --criteria slow.toml")]
+pub struct EvaluateArguments {
+    /// What moves.
+    #[command(flatten)]
+    pub subject: SubjectArguments,
+
+    /// Random start, drawn with this seed, or one with each of several seeds, e.g. 1..12 or 1,4,7
+    /// [default: the default start, always the same]
+    ///
+    /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
+    /// the default start is the middle of these ranges with the right leg in front. Nothing else is
+    /// random: the controller acts without noise. Of several starts the table has, for each command, the
+    /// gaits, the falls, and mean and standard deviation of the motions that did not fall.
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_delimiter = ',', value_parser = seeds)]
+    pub seed: Vec<Seeds>,
+
+    /// Commands ω_v, separated by commas, each from -100 to 100; FIRST:LAST:STEP is a range; training uses -0.5 to 3.5
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true,
+          default_value = "0:3.5:0.5", value_parser = commands)]
+    pub omega_v: Vec<Commands>,
+
+    /// One motion under a command that changes: a CSV file with the columns `time_s,omega_v`
+    ///
+    /// Piecewise linear, constant before the first and after the last line. In the row `omega_v` is the
+    /// command if it is constant over the part described, otherwise null.
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "omega_v")]
+    pub command_profile: Option<PathBuf>,
+
+    /// Duration of each motion in s, 0.1 to 3600 [default: 20; 5 s beyond the end of a longer profile]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = duration_s)]
+    pub duration_s: Option<f64>,
+
+    /// Settling time in s at the start, not measured; at most half of the motion
+    #[arg(long, value_name = "S", default_value = "5", allow_negative_numbers = true, value_parser = time_s)]
+    pub settling_s: f64,
+
+    /// Check all criteria of a finished controller; exit code 1 if one is not met
+    ///
+    /// Those of a TOML file: its table `[criteria]`, or the keys of that table by themselves. Without a file,
+    /// those that the run of --controller DIR asks for, otherwise the paper's 39: 20 s without a fall at each
+    /// ω_v from 0 to 3.5, a walk at 0 and a run at 3, speeds, costs of transport, energy correlations, and
+    /// changes of gait from ten phases of the stride both ways.
+    #[arg(long, value_name = "FILE.toml", num_args = 0..=1, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "seed", "out"])]
+    pub criteria: Option<Option<PathBuf>>,
+
+    /// Folder for the recordings (CSV) and a figure of all commands (SVG, PNG) [default: none written]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print the rows as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+
+    /// What disturbs the motions.
+    #[command(flatten)]
+    pub disturbances: DisturbanceArguments,
+}
+
+/// Changes the command during a motion and shows how the gait changes.
+///
+/// By default ω_v rises from 0 (walking) to 3 (running) in 0.4 s. The steady motion before the ramp is
+/// compared with that after it, each without its first 5 s (at most half of it). `steps_to_change` counts
+/// the touchdowns from the start of the ramp up to the one that begins the first step from which on every
+/// step is of the new gait.
+///
+/// Writes a figure like the paper's Fig. 3 (energies and speed against time, support
+/// phases shaded, the ramp hatched) and the recording. With --json, standard output is one JSON object,
+/// and files are written only into a folder given by --out.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift transition
+  gaitshift transition --from 3 --to 0 --out out/run-to-walk
+  gaitshift transition --from 0 --to 3 --ramp-s 0.4 --start-s 10.2 --json
+  gaitshift transition --command-profile profile.csv --body ice.toml
+  gaitshift transition --push -100@10.2,0.2
+
+where profile.csv is, for instance:
+  time_s,omega_v
+  8,0
+  12,3
+  20,3
+  20.4,0")]
+pub struct TransitionArguments {
+    /// What moves.
+    #[command(flatten)]
+    pub subject: SubjectArguments,
+
+    /// Random start, drawn with this seed [default: the default start, always the same]
+    ///
+    /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
+    /// the default start is the middle of these ranges with the right leg in front. Nothing else is
+    /// random: the controller acts without noise.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub seed: Option<u64>,
+
+    /// Command ω_v before the ramp, -100 to 100
+    #[arg(long, value_name = "OMEGA_V", default_value = "0", allow_negative_numbers = true, value_parser = omega_v)]
+    pub from: f64,
+
+    /// Command ω_v after the ramp, -100 to 100
+    #[arg(long, value_name = "OMEGA_V", default_value = "3", allow_negative_numbers = true, value_parser = omega_v)]
+    pub to: f64,
+
+    /// Duration of the ramp in s; 0 for a jump
+    #[arg(long, value_name = "S", default_value = "0.4", allow_negative_numbers = true, value_parser = time_s)]
+    pub ramp_s: f64,
+
+    /// Time in s at which the ramp begins
+    #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true, value_parser = time_s)]
+    pub start_s: f64,
+
+    /// Duration in s of the motion after the ramp, or after the last line of a profile
+    #[arg(long, value_name = "S", default_value = "10", allow_negative_numbers = true, value_parser = duration_s)]
+    pub after_s: f64,
+
+    /// The command over time instead of a ramp: a CSV file with the columns `time_s,omega_v`
+    ///
+    /// Piecewise linear, constant before the first and after the last line. Everything from the first
+    /// change of the command to its last counts as the ramp.
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["from", "to", "ramp_s", "start_s"])]
+    pub command_profile: Option<PathBuf>,
+
+    /// Folder for figure and recording; files of the same names are replaced
+    /// [default: out/transition, none with --json]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print the values as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+
+    /// What disturbs the motion.
+    #[command(flatten)]
+    pub disturbances: DisturbanceArguments,
+}
+
+/// Finds how much a controller bears: pushes, steps, slopes, noise, latency.
+///
+/// From several random starts, each settled under the command first: the largest push forward, backward, up and down at each
+/// phase of the stride, the highest step up and down, the steepest slope up and down, the largest noise of each observation and
+/// the longest latency without a fall. Sizes grow by a quarter until one is not borne, then the gap is halved twice. One table gives
+/// for each command median, least and greatest over the starts; sizes are in N s (force times 0.1 s), m, rad, m/s, rad/s, s.
+///
+/// Writes the table (stress.json) and a figure of it (SVG, PNG). With --json, standard output is one JSON object, {"limits":
+/// [{"omega_v", "disturbance", "which", "phase", "unit", "limits", "least", "median", "greatest", "greatest_tried"}], "plan",
+/// "controller"}, and files are written only into a folder given by --out. The same starts give the same limits on any number
+/// of threads.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift stress --quick
+  gaitshift stress --controller runs/fast-1 --omega-v 0,3 --out out/stress-fast-1
+  gaitshift stress --seed 1..20 --set friction=0.6 --json")]
+pub struct StressArguments {
+    /// What moves.
+    #[command(flatten)]
+    pub subject: SubjectArguments,
+
+    /// Commands ω_v, separated by commas; FIRST:LAST:STEP is a range [default: 0,1,2,3; 0,3 with --quick]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = commands)]
+    pub omega_v: Vec<Commands>,
+
+    /// Seeds of the starts, e.g. 1..12 or 1,4,7 [default: 1..8; 1..3 with --quick]
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_delimiter = ',', value_parser = seeds)]
+    pub seed: Vec<Seeds>,
+
+    /// A first look: three starts, two commands, pushes forward and backward at four phases, coarser limits
+    #[arg(long)]
+    pub quick: bool,
+
+    /// Threads, 1 to 256 [default: the processors]; the result does not depend on them
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+
+    /// Folder for table and figure; files of the same names are replaced [default: out/stress, none with --json]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print the limits as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Puts controllers, runs and recordings beside each other.
+///
+/// Each is a controller file, a run's folder (its best controller, and its course), a recording (CSV), or the word
+/// `shipped`. Controllers are tried on every command; recordings are described as they are. One table has a row for each
+/// command and name. Into the folder of --out go a figure of all controllers over the range of their command (sweep), and
+/// of runs the criteria met over the course of training (learning) and by the best controllers (table): runs of one
+/// experiment with different seeds are one curve, and one row with an interval over the seeds.
+///
+/// With --json, standard output is {"rows": [{"name", "omega_v", ...}], "runs": [{"name", "experiment", "seed", ...}],
+/// "experiments": [{"variant", "seeds", "best_met", ...}]}, and with several seeds "spread" as in `evaluate`; files are
+/// written only into a folder given by --out.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift compare shipped runs/fast-1
+  gaitshift compare runs/fast-1 runs/fast-2 runs/fast-3 --omega-v 0,3
+  gaitshift compare shipped runs/fast-1 --seed 1..12 --set friction=0.6
+  gaitshift compare out/a/omega_v_3.csv out/b/omega_v_3.csv")]
+pub struct CompareArguments {
+    /// Controller files, runs' folders, recordings, or `shipped`
+    #[arg(value_name = "FILE|DIR|shipped", required = true)]
+    pub items: Vec<PathBuf>,
+
+    /// What differs from what the controllers were trained on.
+    #[command(flatten)]
+    pub changes: ChangeArguments,
+
+    /// Commands ω_v, separated by commas, each from -100 to 100; FIRST:LAST:STEP is a range
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true,
+          default_value = "0:3.5:0.5", value_parser = commands)]
+    pub omega_v: Vec<Commands>,
+
+    /// Draw the starts at random with these seeds, e.g. 1..12 [default: the default start]
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_delimiter = ',', value_parser = seeds)]
+    pub seed: Vec<Seeds>,
+
+    /// Duration of each motion in s, 0.1 to 3600
+    #[arg(long, value_name = "S", default_value = "20", allow_negative_numbers = true, value_parser = duration_s)]
+    pub duration_s: f64,
+
+    /// Time in s at the beginning that is left out of the figures, at most half of the motion
+    #[arg(long, value_name = "S", default_value = "5", allow_negative_numbers = true, value_parser = time_s)]
+    pub settling_s: f64,
+
+    /// Folder for the figures; files of the same names are replaced [default: out/compare, none with --json]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Print everything as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Redoes the study: every claim and figure of the paper and its journal version beside what is found here.
+///
+/// With --quick the page is made from the shipped controller, in about a minute. Without it the study's experiments are
+/// trained first: the paper's method with and without phase I and the recipe `fast` with five seeds, without the energy term
+/// and the variants of the journal version with three. That takes days; the time is said before it begins. Ctrl-C writes
+/// checkpoints, and the same command goes on from them; what is finished is not run again.
+///
+/// Into the folder of --out: report.html (one file, which fetches nothing; it prints), figures/ (each as SVG and PNG, its
+/// numbers as CSV and JSON), claims.csv, numbers.csv, report.json, and runs/. The same controllers give the same bytes.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift reproduce --quick
+  gaitshift reproduce --dry-run
+  gaitshift reproduce --jobs 2 --out out/study")]
+pub struct ReproduceArguments {
+    /// Train nothing: the page of the shipped controller, with coarser steps
+    #[arg(long, conflicts_with_all = ["dry_run", "jobs"])]
+    pub quick: bool,
+
+    /// Only say what would be trained and how long it takes on this machine
+    #[arg(long)]
+    pub dry_run: bool,
+
+    /// Training runs at a time, 1 to 256 [default: the processors]
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub jobs: Option<u16>,
+
+    /// Folder of the page and of the runs; files of the same names are replaced
+    #[arg(long, value_name = "DIR", default_value = "out/reproduce")]
+    pub out: PathBuf,
+}
+
+/// Makes the page of `gaitshift reproduce` of any controllers.
+///
+/// Claims with verdicts, numbers beside those of people, and figures: changes of gait (Fig. 3), returns over training (Fig. 4)
+/// where a run's folder has them, energies and poses over a stride, everything against the command, the change of gait as a
+/// bifurcation, where energy goes, ground reaction forces, steps in the ground, sensor noise. Runs of one experiment are its
+/// seeds and stand together, with intervals.
+///
+/// Into the folder of --out: report.html (one file, which fetches nothing; it prints), figures/ (each as SVG and PNG, its
+/// numbers as CSV and JSON), claims.csv, numbers.csv and report.json. The same controllers give the same bytes.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift report runs/fast-1
+  gaitshift report runs/fast-1 runs/fast-2 runs/fast-3 shipped
+  gaitshift report --quick my.safetensors --out out/mine")]
+pub struct ReportArguments {
+    /// Runs' folders (their best controllers), controller files, or `shipped`
+    #[arg(value_name = "RUN|FILE|shipped", required = true)]
+    pub items: Vec<PathBuf>,
+
+    /// Coarser steps of the command, fewer starts
+    #[arg(long)]
+    pub quick: bool,
+
+    /// Folder of the page; files of the same names are replaced
+    #[arg(long, value_name = "DIR", default_value = "out/report")]
+    pub out: PathBuf,
+}

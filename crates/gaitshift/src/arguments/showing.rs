@@ -1,0 +1,252 @@
+//! Arguments of the commands that draw, show, analyse and export.
+
+use super::ChangeArguments;
+use super::values::{number, time_s};
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// Draws a recording: an animation (GIF, MP4, WebM or frames) and a stride at a glance (SVG, PNG).
+///
+/// Pictures are drawn in software from the body's geometry in the recording; no display is needed. Right
+/// is vermilion, left is blue, arrows are the ground's forces on the feet. MP4 and WebM need the program `ffmpeg`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift transition && gaitshift render out/transition/recording.csv --from-s 7 --to-s 15
+  gaitshift render out/transition/recording.csv --out run.gif --from-s 12 --to-s 14 --slow-motion 4
+  gaitshift render out/transition/recording.csv --out film.mp4 --width 1280
+  gaitshift render out/transition/recording.csv --out frames --frames --transparent
+  gaitshift render out/transition/recording.csv --out stride.svg --stride-at-s 18")]
+pub struct RenderArguments {
+    /// Recording (CSV), as `gaitshift evaluate --out` and `gaitshift transition` write it
+    #[arg(value_name = "RECORDING.csv")]
+    pub recording: PathBuf,
+
+    /// Folder for both pictures, or one file: FILE.gif, FILE.mp4 or FILE.webm for the animation, FILE.svg or FILE.png for
+    /// the stride [default: the recording's folder]
+    #[arg(long, value_name = "DIR|FILE")]
+    pub out: Option<PathBuf>,
+
+    /// Draw only the stride
+    #[arg(long)]
+    pub strobe: bool,
+
+    /// Write every frame of the animation into the folder --out, as frame-00000.png and so on
+    #[arg(long, requires = "out", conflicts_with_all = ["strobe", "stride_at_s"])]
+    pub frames: bool,
+
+    /// Leave out the background: with --frames, or of a WebM
+    #[arg(long)]
+    pub transparent: bool,
+
+    /// Begin at this time of the recording in s [default: its start]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
+    pub from_s: Option<f64>,
+
+    /// End at this time of the recording in s [default: its end]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
+    pub to_s: Option<f64>,
+
+    /// Frames of the animation per second: 1 to 50 for a GIF, 1 to 240 for films and frames [default: 25, and 60]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
+    pub fps: Option<f64>,
+
+    /// How many times slower than real time the animation plays, 0.1 to 100
+    #[arg(long, value_name = "TIMES", default_value = "1", allow_negative_numbers = true, value_parser = number)]
+    pub slow_motion: f64,
+
+    /// Width of the animation in pixels, 160 to 1920; for films and frames up to 3840, a multiple of 16; the height is five eighths
+    #[arg(
+        long,
+        value_name = "PX",
+        allow_negative_numbers = true,
+        default_value = "640"
+    )]
+    pub width: u32,
+
+    /// Draw the stride of the right leg around this time in s [default: the middle of the time range]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
+    pub stride_at_s: Option<f64>,
+
+    /// Poses of the stride, 2 to 60
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        default_value = "12",
+        value_parser = clap::value_parser!(u16).range(2..=60)
+    )]
+    pub poses: u16,
+}
+
+/// Shows a controller, a training run or a recording in the browser.
+///
+/// Without an argument the biped moves in real time under a slider for ω_v; it can be pushed, and its body changed while
+/// it moves. With the folder of a run its learning curve and evaluations stand beside it, and a click puts the controller
+/// of an evaluation on the stage. With a recording it is played, as `gaitshift export html` writes it.
+///
+/// The page comes from this program and fetches nothing. It is served until the program is stopped (Ctrl-C), on the
+/// loopback address: nobody else can reach it.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift view
+  gaitshift view --controller runs/fast-1/controller.safetensors --body ice.toml
+  gaitshift view --body heavy.toml --body light.toml        two bodies side by side on one slider
+  gaitshift view runs/fast-1
+  gaitshift view out/transition/recording.csv")]
+pub struct ViewArguments {
+    /// Folder of a training run, or recording (CSV) [default: a controller on a live stage]
+    #[arg(value_name = "RUN|RECORDING.csv", conflicts_with_all = ["controller", "body", "seed"])]
+    pub what: Option<PathBuf>,
+
+    /// Controller file [default: the shipped controller]; given twice, two bipeds side by side
+    #[arg(long, value_name = "FILE")]
+    pub controller: Vec<PathBuf>,
+
+    /// TOML file that changes the body, as for `gaitshift transition`; given twice, two bipeds side by side
+    #[arg(long, value_name = "FILE.toml")]
+    pub body: Vec<PathBuf>,
+
+    /// Random start, drawn with this seed [default: the default start]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub seed: Option<u64>,
+
+    /// Port to listen on [default: 8420, or a free one if that is taken]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub port: Option<u16>,
+
+    /// Address to listen on; with another one than the default, other machines can see and move the biped
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
+    pub listen: std::net::IpAddr,
+
+    /// Host name under which other machines may open the page, besides addresses; may be given again
+    #[arg(long, value_name = "NAME")]
+    pub name: Vec<String>,
+
+    /// Do not open the browser
+    #[arg(long)]
+    pub no_open: bool,
+}
+
+/// Analyses recordings from any simulator, by the rules of `evaluate` and `transition`.
+///
+/// With --json, standard output is {"rows": [{"recording", "controller", "omega_v", "survived_s", ...}]} as
+/// in `evaluate`, or with --transition {"transitions": [{"recording", "controller", "ramp_start_s",
+/// "ramp_end_s", "gait_before", "gait_after", ...}]} as in `transition`.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift analyse out/seed-7/omega_v_3.csv
+  gaitshift analyse --transition --json out/transition/recording.csv")]
+pub struct AnalyseArguments {
+    /// Recordings (CSV), one row each
+    #[arg(value_name = "RECORDING.csv", required = true)]
+    pub recordings: Vec<PathBuf>,
+
+    /// Compare the motion before the change of the command with that after it
+    #[arg(long, conflicts_with = "settling_s")]
+    pub transition: bool,
+
+    /// Settling time in s at the start, not measured; at most half of the motion
+    #[arg(long, value_name = "S", default_value = "5", allow_negative_numbers = true, value_parser = time_s)]
+    pub settling_s: f64,
+
+    /// Print the result as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Writes a body, controller or recording for other programs.
+#[derive(Debug, Args)]
+#[command(subcommand_value_name = "FORMAT", subcommand_help_heading = "Formats")]
+#[command(after_long_help = "\
+Examples:
+  gaitshift export mjcf --out biped.xml
+  gaitshift export onnx --controller runs/fast-1/controller.safetensors --out policy.onnx
+  gaitshift export npz out/transition/recording.csv --out motion.npz")]
+pub struct ExportArguments {
+    /// What to write.
+    #[command(subcommand)]
+    pub format: ExportFormat,
+}
+
+/// What is exported, and as what.
+#[derive(Debug, Subcommand)]
+pub enum ExportFormat {
+    /// The body as MJCF, for MuJoCo
+    ///
+    /// The same masses, springs, dampers, actuators and joints; comments in the file say how contact differs.
+    Mjcf {
+        /// What differs from the controller's or default body and task.
+        #[command(flatten)]
+        changes: ChangeArguments,
+        /// Take the body that this controller, or the best one of a run's folder, was trained on [default: the default body]
+        #[arg(long, value_name = "FILE|DIR")]
+        controller: Option<PathBuf>,
+        /// File to write [default: standard output]
+        #[arg(short, long, value_name = "FILE.xml")]
+        out: Option<PathBuf>,
+    },
+    /// A controller's deterministic policy as ONNX
+    ///
+    /// In: `observation`, batch x 14 32-bit floats in SI units, not scaled. Out: `action`, batch x 2 in [-1, 1].
+    /// Names, units, control period, body and task are in the file's metadata.
+    Onnx {
+        /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
+        #[arg(long, value_name = "FILE|DIR")]
+        controller: Option<PathBuf>,
+        /// File to write [default: standard output]
+        #[arg(short, long, value_name = "FILE.onnx")]
+        out: Option<PathBuf>,
+    },
+    /// A folder for a model hub: a controller, its model card (README.md), its ONNX file and its MJCF body
+    ///
+    /// The card has the gaits, measured now by the criteria of the controller's run (or the paper's), the training that
+    /// made it, and its body.
+    Hub {
+        /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
+        #[arg(long, value_name = "FILE|DIR")]
+        controller: Option<PathBuf>,
+        /// Licence to be shown, e.g. mit, apache-2.0 or cc-by-4.0 [default: none is named]
+        #[arg(long, value_name = "ID")]
+        license: Option<String>,
+        /// Folder to write; files of the same names are replaced
+        #[arg(short, long, value_name = "DIR")]
+        out: PathBuf,
+    },
+    /// A recording as CSV
+    ///
+    /// Read, checked, and written with exactly the documented columns in their order.
+    Csv {
+        /// Recording (CSV)
+        #[arg(value_name = "RECORDING.csv")]
+        recording: PathBuf,
+        /// File to write [default: standard output]
+        #[arg(short, long, value_name = "FILE.csv")]
+        out: Option<PathBuf>,
+    },
+    /// A recording as one HTML page that plays it
+    ///
+    /// The biped with play and scrub, and support phases, energies, speed, cost and reward beside it. The page needs
+    /// nothing but itself: it can be mailed, put on a web site, or opened from disk.
+    Html {
+        /// Recording (CSV)
+        #[arg(value_name = "RECORDING.csv")]
+        recording: PathBuf,
+        /// File to write [default: standard output]
+        #[arg(short, long, value_name = "FILE.html")]
+        out: Option<PathBuf>,
+    },
+    /// A recording as NPZ, for `numpy.load`
+    ///
+    /// One array for each column, and `metadata`, the JSON of the recording's first line, as a string.
+    Npz {
+        /// Recording (CSV)
+        #[arg(value_name = "RECORDING.csv")]
+        recording: PathBuf,
+        /// File to write [default: standard output]
+        #[arg(short, long, value_name = "FILE.npz")]
+        out: Option<PathBuf>,
+    },
+}

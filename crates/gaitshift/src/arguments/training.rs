@@ -1,0 +1,187 @@
+//! Arguments of the commands that train.
+
+use super::values::{Part, Seeds, part, seeds};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Trains a controller from scratch with Soft Actor-Critic.
+///
+/// A run is described by one TOML file: body, task, curriculum, learner. Recipes that come with the
+/// program: `fast` (the default), `paper` (schedule and settings of the paper, 10 million steps) and
+/// `journal` (those of its journal version). A file of your own needs only what differs from the recipe
+/// that its key `base` names; an unknown key is an error.
+///
+/// Every few hundred thousand steps the controller is evaluated without noise at all commands and changes
+/// of gait, so that you see when it first walks and runs. Ctrl-C writes a checkpoint and stops; so do SIGTERM and
+/// SIGUSR1, with which batch systems end a job.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+The folder of a run:
+  config.toml               every setting of the run
+  controller.safetensors    the best controller so far; needs no other file
+  controller-accepted.safetensors  the first that met every criterion, if there is one
+  controller-last.safetensors      the one at the last checkpoint
+  metrics.csv, events.out.tfevents.*   progress of training, also for `tensorboard --logdir runs`
+  episodes.csv, returns.svg, .png      every episode, and their returns as a figure
+  evaluations.jsonl         every evaluation in full, one JSON object per line
+  checkpoint/               everything needed to resume, to the same bits
+  report.json               how the run ended
+
+Examples:
+  gaitshift train
+  gaitshift train paper --seed 3 --out runs/paper-seed-3
+  gaitshift train my-body.toml --stop-when-accepted
+  gaitshift train --seeds 1-5
+  gaitshift train --check my-body.toml
+  gaitshift train --set training.environments=16
+  gaitshift train --resume runs/fast-1
+
+where my-body.toml is, for instance:
+  name = \"heavy feet\"
+  base = \"fast\"
+  [body]
+  foot_mass_kg = 2.0")]
+pub struct TrainArguments {
+    /// The command line that asks for it, without what belongs to one machine.
+    #[arg(skip)]
+    pub command: String,
+
+    /// Recipe (`fast`, `paper`, `journal`) or TOML file
+    #[arg(value_name = "RECIPE|FILE.toml", default_value = "fast")]
+    pub experiment: String,
+
+    /// Seed of everything random [default: the recipe's]; the same seed gives the same run
+    #[arg(
+        long,
+        value_name = "N",
+        allow_negative_numbers = true,
+        conflicts_with = "resume"
+    )]
+    pub seed: Option<u64>,
+
+    /// One run after the other with each of these seeds, e.g. 1-5 or 1,2,7
+    ///
+    /// Folders are runs/NAME-SEED, with --out DIR the folders DIR/NAME-SEED. Ctrl-C stops the run under way and begins no
+    /// other. In the end a table says what came of each, with mean and standard deviation.
+    #[arg(long, value_name = "LIST", conflicts_with_all = ["seed", "resume"],
+          value_delimiter = ',', value_parser = seeds)]
+    pub seeds: Vec<Seeds>,
+
+    /// Folder of the run; must not contain a run yet [default: runs/NAME-SEED]
+    #[arg(long, value_name = "DIR", conflicts_with = "resume")]
+    pub out: Option<PathBuf>,
+
+    /// Change one value of the experiment, e.g. --set body.friction=0.6; may be given several times
+    #[arg(long, value_name = "KEY=VALUE", conflicts_with = "resume")]
+    pub set: Vec<String>,
+
+    /// Say what would be trained, for how long, and what looks like a mistake; train nothing
+    ///
+    /// The phases in steps and minutes (a few seconds of training tell the pace), every value that differs from the recipe
+    /// or file that it is based on, and warnings. Nothing is written.
+    #[arg(long, conflicts_with_all = ["resume", "seeds", "out", "steps"])]
+    pub check: bool,
+
+    /// Resume the run in this folder from its last checkpoint
+    ///
+    /// It ends with the same controller as if it had not been stopped.
+    #[arg(long, value_name = "DIR", conflicts_with = "experiment")]
+    pub resume: Option<PathBuf>,
+
+    /// Threads of the learner, 1 to 256 [default: the recipe's, or the run's]; the result does not depend on them
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+
+    /// Stop at about this environment step, with a checkpoint to resume from [default: the curriculum's end]
+    ///
+    /// The curriculum stays as it is. Checked every 2000 steps.
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..))]
+    pub steps: Option<u64>,
+
+    /// Show the run in the browser while it trains, as `gaitshift view RUN` does
+    #[arg(long)]
+    pub view: bool,
+
+    /// Stop at the first evaluation that meets every criterion (`gaitshift evaluate --criteria`)
+    #[arg(long, conflicts_with = "resume")]
+    pub stop_when_accepted: bool,
+
+    /// Print the report as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Trains many runs from one file: an experiment, what varies, the seeds.
+///
+/// What varies is a list of variants, the values of some keys in every combination, or settings drawn at random from
+/// ranges. Each is trained with each seed, a run in its own folder. Ctrl-C writes checkpoints and stops; the same command
+/// goes on from them, and what is finished is not run again. In the end, and with --table at any time, the table says for
+/// each variant what its seeds reached, with intervals, and how far the first variant's result moved: table.md, table.json
+/// and a figure of all runs, table.svg and .png, in the sweep's folder.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+Examples:
+  gaitshift sweep friction.toml --dry-run
+  gaitshift sweep friction.toml --jobs 2
+  gaitshift sweep friction.toml --table
+  gaitshift sweep friction.toml --part 2/4      # a quarter of it, on one of four machines
+
+where friction.toml is, for instance:
+  name = \"friction\"
+  experiment = \"fast\"         # the recipe of every variant
+  seeds = [1, 2, 3]
+  [set.learner]               # differs from the recipe in every variant
+  threads = 1
+
+  [[variants]]                # the first one is the reference
+  name = \"rubber\"
+
+  [[variants]]
+  name = \"ice\"
+  reason = \"does it still walk where feet slip?\"
+  set.body = { friction = 0.3 }
+
+In place of [[variants]], keys with their values, in every combination:
+  [vary]
+  learner.learning_rate = [3e-4, 1e-3]
+  body.friction = [0.3, 0.6, 1.0]
+
+or, with a line above the first table, so many settings drawn at random:
+  random = { settings = 20, seed = 1 }
+  [vary]
+  learner.learning_rate = { from = 1e-4, to = 1e-3, scale = \"log\" }
+  learner.n_step = { from = 1, to = 5 }         # whole numbers
+  body.friction = [0.3, 0.6, 1.0]")]
+pub struct SweepArguments {
+    /// The sweep: experiment, seeds, what varies
+    #[arg(value_name = "FILE.toml")]
+    pub file: PathBuf,
+
+    /// Folder of the sweep's runs and table [default: runs/NAME]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+
+    /// Runs at a time, 1 to 256 [default: the processors, divided by the threads of a run]
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub jobs: Option<u16>,
+
+    /// Run only every N-th trial, the K-th first: several machines that share the folder run a sweep together
+    ///
+    /// With --table the table has all trials.
+    #[arg(long, value_name = "K/N", value_parser = part, conflicts_with = "dry_run")]
+    pub part: Option<Part>,
+
+    /// Only say what would be run and how long it takes on this machine
+    #[arg(long, conflicts_with_all = ["table", "json"])]
+    pub dry_run: bool,
+
+    /// Only write and print the table of what there is so far
+    #[arg(long)]
+    pub table: bool,
+
+    /// Print the table as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}

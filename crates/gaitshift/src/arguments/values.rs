@@ -1,0 +1,113 @@
+//! What a value on the command line may be.
+
+/// Largest |ω_v|: far beyond what any controller was trained for, far below where numbers overflow.
+pub const OMEGA_V_MAX: f64 = 100.0;
+/// Longest motion or part of one, in s: an hour, whose recording takes some 300 MB of memory.
+const LONGEST_S: f64 = 3600.0;
+/// Shortest motion, in s.
+const SHORTEST_S: f64 = 0.1;
+
+pub fn number(text: &str) -> Result<f64, String> {
+    in_range(text, f64::MIN, f64::MAX, "")
+}
+
+pub fn omega_v(text: &str) -> Result<f64, String> {
+    in_range(text, -OMEGA_V_MAX, OMEGA_V_MAX, "")
+}
+
+/// Most commands, and most seeds, of one range.
+const MOST_IN_RANGE: f64 = 1000.0;
+
+/// Commands that an element of a list stands for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Commands(pub Vec<f64>);
+
+/// Seeds that an element of a list stands for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seeds(pub Vec<u64>);
+
+/// `1.5`, or `FIRST:LAST:STEP`, both ends included.
+pub fn commands(text: &str) -> Result<Commands, String> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let [first, last, step] = parts[..] else {
+        return match parts.len() {
+            1 => Ok(Commands(vec![omega_v(text)?])),
+            _ => Err(format!(
+                "`{text}` is neither a number nor FIRST:LAST:STEP, such as 0:3.5:0.5"
+            )),
+        };
+    };
+    let (first, last, step) = (omega_v(first)?, omega_v(last)?, number(step)?);
+    let steps = (last - first) / step;
+    if !(0.0..MOST_IN_RANGE).contains(&steps) {
+        return Err(format!(
+            "STEP must lead from FIRST to LAST in at most {MOST_IN_RANGE} commands"
+        ));
+    }
+    // A step such as 0.1 does not meet its end exactly, and a product of it has a long tail of digits.
+    let tidy = |value: f64| (value * 1e9).round() / 1e9;
+    let count = (steps + 1e-6).floor() as usize;
+    Ok(Commands(
+        (0..=count).map(|k| tidy(first + k as f64 * step)).collect(),
+    ))
+}
+
+/// `7`, `1..12` or `1-12`, both ends included.
+pub fn seeds(text: &str) -> Result<Seeds, String> {
+    let whole = |text: &str| {
+        let number = text.trim().parse::<u64>();
+        number.map_err(|_| {
+            format!("`{text}` is not a whole number from 0 on, nor a range such as 1..12")
+        })
+    };
+    let Some((first, last)) = text.split_once("..").or_else(|| text.split_once('-')) else {
+        return Ok(Seeds(vec![whole(text)?]));
+    };
+    let (first, last) = (whole(first)?, whole(last.trim_start_matches('='))?);
+    if first > last || (last - first) as f64 >= MOST_IN_RANGE {
+        return Err(format!(
+            "`{text}` must be from a lower to a higher seed, at most {MOST_IN_RANGE} of them"
+        ));
+    }
+    Ok(Seeds((first..=last).collect()))
+}
+
+/// The K-th of N parts.
+#[derive(Debug, Clone, Copy)]
+pub struct Part {
+    /// From 1 on.
+    pub number: usize,
+    /// Number of parts.
+    pub of: usize,
+}
+
+pub fn part(text: &str) -> Result<Part, String> {
+    let parts = text.split_once('/');
+    let numbers = parts.and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+    match numbers {
+        Some((number, of)) if (1..=of).contains(&number) => Ok(Part { number, of }),
+        _ => Err("expected K/N with K from 1 to N, such as 2/4".to_owned()),
+    }
+}
+
+pub fn duration_s(text: &str) -> Result<f64, String> {
+    in_range(text, SHORTEST_S, LONGEST_S, " s")
+}
+
+pub fn time_s(text: &str) -> Result<f64, String> {
+    in_range(text, 0.0, LONGEST_S, " s")
+}
+
+fn in_range(text: &str, low: f64, high: f64, unit: &str) -> Result<f64, String> {
+    let value: f64 = text
+        .trim()
+        .parse()
+        .map_err(|_| format!("`{text}` is not a number"))?;
+    if (low..=high).contains(&value) {
+        Ok(value)
+    } else if low == f64::MIN {
+        Err(format!("`{text}` is not a finite number"))
+    } else {
+        Err(format!("it must be from {low} to {high}{unit}"))
+    }
+}
