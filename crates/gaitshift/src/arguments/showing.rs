@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// Draws a recording: an animation (GIF, MP4, WebM or frames) and a stride at a glance (SVG, PNG).
 ///
 /// Pictures are drawn in software from the body's geometry in the recording; no display is needed. Right
-/// is vermilion, left is paler blue, arrows are the ground's forces on the feet. MP4 and WebM need the program `ffmpeg`.
+/// is vermilion, left is pale blue, arrows are the ground's forces on the feet. MP4 and WebM need the program `ffmpeg`.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
