@@ -203,6 +203,8 @@ def test_the_saved_history_replays_the_saved_motion_to_the_last_bit(view, tab, p
 
     saved, replayed = rows(recording.decode()), rows((tmp_path / "recording.csv").read_text())
     assert len(saved) > 500
+    # The program's recording has details behind the columns that every recording has.
+    replayed = [row[: len(saved[0])] for row in replayed]
     # The numbers are written in the shortest form that reads back to the same bits.
     assert saved == replayed[: len(saved)]
 
