@@ -1,6 +1,6 @@
 //! The figures of a report, each with the numbers it shows.
 
-use crate::headline::two_gaits;
+use crate::headline::{motions, two_gaits};
 use crate::study::{Measured, Plan, Steady, Study};
 use crate::table::{Table, cell};
 use crate::trace::{Trace, TraceRow};
@@ -130,10 +130,40 @@ fn steady_table(name: &str, rows: &[(&str, &Steady)]) -> Table {
     table
 }
 
-fn points(rows: &[Steady], x: Of, y: Of) -> Vec<(f64, f64)> {
-    rows.iter()
+fn points<'a>(rows: impl IntoIterator<Item = &'a Steady>, x: Of, y: Of) -> Vec<(f64, f64)> {
+    rows.into_iter()
         .filter_map(|row| Some((x(row)?, y(row)?)))
         .collect()
+}
+
+/// The marks of motions, a series for each gait.
+fn by_gait<'a>(rows: impl Iterator<Item = &'a Steady> + Clone, x: Of, y: Of) -> Vec<Series> {
+    [
+        (GaitClass::Walking, "walking"),
+        (GaitClass::Mixed, "neither"),
+        (GaitClass::Running, "running"),
+    ]
+    .into_iter()
+    .map(|(gait, label)| {
+        let of_gait = rows.clone().filter(|row| row.summary.gait == gait);
+        Series::marks(label, points(of_gait, x, y))
+    })
+    .collect()
+}
+
+/// The marks of the stairs, up and down.
+fn on_stairs(study: &Study, of: Of) -> Vec<Series> {
+    vec![
+        Series::marks("command rising", points(&study.stairs_up, omega_v, of)),
+        Series::marks("command falling", points(&study.stairs_down, omega_v, of)),
+    ]
+}
+
+/// The numbers of the stairs as a table.
+fn stairs_table(name: &str, study: &Study) -> Table {
+    let up = study.stairs_up.iter().map(|row| ("rising", row));
+    let down = study.stairs_down.iter().map(|row| ("falling", row));
+    steady_table(name, &up.chain(down).collect::<Vec<_>>())
 }
 
 fn omega_v(row: &Steady) -> Option<f64> {
@@ -213,31 +243,18 @@ fn sweep(studies: &[&Study]) -> Result<Shown, ReportError> {
 /// Cost of transport against Froude number, beside published values.
 fn cost(studies: &[&Study]) -> Result<Shown, ReportError> {
     let several = studies.len() > 1;
+    let cost: Of = |r| r.summary.cost_of_transport;
     let mut series = Vec::new();
     let mut rows = Vec::new();
     for study in studies {
         rows.extend(study.steady.iter().map(|row| (study.name.as_str(), row)));
         if several {
-            let cost: Of = |r| r.summary.cost_of_transport;
             series.push(Series::marks(
                 &study.name,
                 points(&study.steady, froude, cost),
             ));
-            continue;
-        }
-        for (gait, label) in [
-            (GaitClass::Walking, "walking"),
-            (GaitClass::Mixed, "neither"),
-            (GaitClass::Running, "running"),
-        ] {
-            let of_gait: Vec<Steady> = study
-                .steady
-                .iter()
-                .filter(|row| row.summary.gait == gait)
-                .cloned()
-                .collect();
-            let cost: Of = |r| r.summary.cost_of_transport;
-            series.push(Series::marks(label, points(&of_gait, froude, cost)));
+        } else {
+            series.extend(by_gait(study.steady.iter(), froude, cost));
         }
     }
     series.push(Series::marks(
@@ -412,10 +429,7 @@ fn bifurcation(study: &Study) -> Result<Option<Shown>, ReportError> {
         .iter()
         .enumerate()
         .map(|(k, &(y_title, of))| {
-            let mut series = vec![
-                Series::marks("command rising", points(&study.stairs_up, omega_v, of)),
-                Series::marks("command falling", points(&study.stairs_down, omega_v, of)),
-            ];
+            let mut series = on_stairs(study, of);
             match k {
                 0 => series.push(Series::marks("random starts", started.clone())),
                 1 => series.push(Series::marks("random starts", started_duty.clone())),
@@ -431,10 +445,6 @@ fn bifurcation(study: &Study) -> Result<Option<Shown>, ReportError> {
                 ..Chart::default()
             }
         })
-        .collect();
-    let stairs = study.stairs_up.iter().map(|row| ("rising", row));
-    let rows: Vec<(&str, &Steady)> = stairs
-        .chain(study.stairs_down.iter().map(|row| ("falling", row)))
         .collect();
     let both = two_gaits(study);
     let between = match (both.first(), both.last()) {
@@ -452,7 +462,7 @@ fn bifurcation(study: &Study) -> Result<Option<Shown>, ReportError> {
             hysteresis(study)
         ),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 150.0)?,
-        table: steady_table("bifurcation", &rows),
+        table: stairs_table("bifurcation", study),
         wide: true,
     }))
 }
@@ -508,13 +518,13 @@ fn thinned<'a>(
     trace: &'a Trace,
     range: &std::ops::Range<usize>,
 ) -> impl Iterator<Item = (f64, &'a TraceRow)> + use<'a> {
-    let (start, length) = (range.start, range.len().max(1));
+    let length = range.len().max(1);
     let every = (length / 400).max(1);
     trace.rows[range.clone()]
         .iter()
         .enumerate()
         .step_by(every)
-        .map(move |(k, row)| ((start + k - start) as f64 / length as f64, row))
+        .map(move |(k, row)| (k as f64 / length as f64, row))
 }
 
 /// Energies over a stride of each gait, phases shaded.
@@ -832,17 +842,10 @@ fn through_the_change(study: &Study) -> Result<Option<Shown>, ReportError> {
     let charts = panels.map(|(y_title, of)| Chart {
         x_title: OMEGA_V.to_owned(),
         y_title: y_title.to_owned(),
-        series: vec![
-            Series::marks("command rising", points(&study.stairs_up, omega_v, of)),
-            Series::marks("command falling", points(&study.stairs_down, omega_v, of)),
-        ],
+        series: on_stairs(study, of),
         y_shows: vec![0.0],
         ..Chart::default()
     });
-    let stairs = study.stairs_up.iter().map(|row| ("rising", row));
-    let rows: Vec<(&str, &Steady)> = stairs
-        .chain(study.stairs_down.iter().map(|row| ("falling", row)))
-        .collect();
     Ok(Some(Shown {
         name: "through-the-change".to_owned(),
         title: "Pendular recovery and work through the change of gait",
@@ -850,7 +853,7 @@ fn through_the_change(study: &Study) -> Result<Option<Shown>, ReportError> {
                   work of both actuators."
             .to_owned(),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 140.0)?,
-        table: steady_table("through-the-change", &rows),
+        table: stairs_table("through-the-change", study),
         wide: true,
     }))
 }
@@ -861,31 +864,10 @@ fn steps_by_speed(study: &Study) -> Result<Option<Shown>, ReportError> {
         ("step length (m)", |r| r.summary.step_length_m),
         ("step frequency (Hz)", |r| r.summary.step_frequency_hz),
     ];
-    let gaits = [
-        (GaitClass::Walking, "walking"),
-        (GaitClass::Mixed, "neither"),
-        (GaitClass::Running, "running"),
-    ];
-    let all: Vec<Steady> = study
-        .steady
-        .iter()
-        .chain(&study.stairs_up)
-        .chain(&study.stairs_down)
-        .cloned()
-        .collect();
-    let of_gait = |gait: GaitClass| -> Vec<Steady> {
-        all.iter()
-            .filter(|row| row.summary.gait == gait)
-            .cloned()
-            .collect()
-    };
     let charts = panels.map(|(y_title, of)| Chart {
         x_title: "speed (m/s)".to_owned(),
         y_title: y_title.to_owned(),
-        series: gaits
-            .iter()
-            .map(|&(gait, label)| Series::marks(label, points(&of_gait(gait), speed, of)))
-            .collect(),
+        series: by_gait(motions(study), speed, of),
         y_shows: vec![0.0],
         ..Chart::default()
     });
@@ -895,7 +877,7 @@ fn steps_by_speed(study: &Study) -> Result<Option<Shown>, ReportError> {
     {
         return Ok(None);
     }
-    let rows: Vec<(&str, &Steady)> = all.iter().map(|row| ("", row)).collect();
+    let rows: Vec<(&str, &Steady)> = motions(study).map(|row| ("", row)).collect();
     Ok(Some(Shown {
         name: "steps-by-speed".to_owned(),
         title: "Step length and step frequency",

@@ -204,7 +204,7 @@ pub fn headline_numbers(studies: &[&Study]) -> Vec<HeadlineNumber> {
 }
 
 /// All steady motions of a study, however they were reached.
-fn motions(study: &Study) -> impl Iterator<Item = &Steady> {
+pub(crate) fn motions(study: &Study) -> impl Iterator<Item = &Steady> + Clone {
     let stairs = study.stairs_up.iter().chain(&study.stairs_down);
     study.steady.iter().chain(stairs)
 }
