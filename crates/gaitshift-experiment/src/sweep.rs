@@ -369,8 +369,7 @@ impl Trial {
             }
             let training = Training::new(self.experiment.clone(), folder, command)?;
             let file = folder.join(SETTINGS);
-            settings_file(settings)
-                .and_then(|bytes| durable::write(&file, &bytes))
+            durable::write(&file, &settings_file(settings))
                 .map_err(|e| TrainingError::other(&file, e.to_string()))?;
             training
         };

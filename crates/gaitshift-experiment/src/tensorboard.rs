@@ -25,10 +25,7 @@ impl EventWriter {
             file: BufWriter::new(file),
         };
         if new {
-            let mut event = Vec::new();
-            put_double(&mut event, 1, 0.0);
-            put_bytes(&mut event, 3, VERSION);
-            writer.record(&event)?;
+            writer.file.write_all(&version())?;
         }
         Ok(writer)
     }
@@ -57,7 +54,7 @@ impl EventWriter {
         event.push(2 << 3);
         put_varint(&mut event, step);
         put_bytes(&mut event, 5, &summary);
-        self.record(&event)?;
+        self.file.write_all(&record(&event))?;
         self.file.flush()
     }
 
@@ -69,10 +66,6 @@ impl EventWriter {
         self.file.flush()?;
         self.file.get_ref().sync_data()?;
         Ok(self.file.get_ref().metadata()?.len())
-    }
-
-    fn record(&mut self, data: &[u8]) -> io::Result<()> {
-        put_record(&mut self.file, data)
     }
 }
 
@@ -97,8 +90,9 @@ impl Setting {
 
 /// The bytes of an event file with the settings of a run, which TensorBoard shows beside the scalars of the same folder.
 /// No group is named, so that every run has a row of its own.
-pub fn settings_file(settings: &[(String, Setting)]) -> io::Result<Vec<u8>> {
+pub fn settings_file(settings: &[(String, Setting)]) -> Vec<u8> {
     const PLUGIN: &[u8] = b"hparams";
+    const TAG: &[u8] = b"_hparams_/session_start_info";
     let mut session = Vec::new();
     for (name, setting) in settings {
         // google.protobuf.Value: a number is its field 2, a string its field 3.
@@ -107,42 +101,46 @@ pub fn settings_file(settings: &[(String, Setting)]) -> io::Result<Vec<u8>> {
             Setting::Number(number) => put_double(&mut value, 2, *number),
             Setting::Word(word) => put_bytes(&mut value, 3, word.as_bytes()),
         }
-        let mut entry = Vec::new();
-        put_bytes(&mut entry, 1, name.as_bytes());
-        put_bytes(&mut entry, 2, &value);
+        let entry = message(&[(1, name.as_bytes()), (2, &value)]);
         put_bytes(&mut session, 1, &entry);
     }
-    let mut content = Vec::new();
-    put_bytes(&mut content, 3, &session);
-    let mut plugin = Vec::new();
-    put_bytes(&mut plugin, 1, PLUGIN);
-    put_bytes(&mut plugin, 2, &content);
-    let mut metadata = Vec::new();
-    put_bytes(&mut metadata, 1, &plugin);
-    let mut entry = Vec::new();
-    put_bytes(&mut entry, 1, b"_hparams_/session_start_info");
-    put_bytes(&mut entry, 9, &metadata);
-    let mut summary = Vec::new();
-    put_bytes(&mut summary, 1, &entry);
-    let (mut version, mut event) = (Vec::new(), Vec::new());
-    put_double(&mut version, 1, 0.0);
-    put_bytes(&mut version, 3, VERSION);
+    let content = message(&[(3, &session)]);
+    let metadata = message(&[(1, &message(&[(1, PLUGIN), (2, &content)]))]);
+    let summary = message(&[(1, &message(&[(1, TAG), (9, &metadata)]))]);
+    let mut event = Vec::new();
     put_double(&mut event, 1, 0.0);
     put_bytes(&mut event, 5, &summary);
-    let mut bytes = Vec::new();
-    put_record(&mut bytes, &version)?;
-    put_record(&mut bytes, &event)?;
-    Ok(bytes)
+    [version(), record(&event)].concat()
 }
 
-const VERSION: &[u8] = b"brain.Event:2";
+/// The record that every event file begins with.
+fn version() -> Vec<u8> {
+    let mut event = Vec::new();
+    put_double(&mut event, 1, 0.0);
+    put_bytes(&mut event, 3, b"brain.Event:2");
+    record(&event)
+}
 
-fn put_record(out: &mut impl Write, data: &[u8]) -> io::Result<()> {
+/// An event as it stands in the file.
+fn record(data: &[u8]) -> Vec<u8> {
     let length = (data.len() as u64).to_le_bytes();
-    out.write_all(&length)?;
-    out.write_all(&masked_crc(&length).to_le_bytes())?;
-    out.write_all(data)?;
-    out.write_all(&masked_crc(data).to_le_bytes())
+    let (before, after) = (masked_crc(&length), masked_crc(data));
+    [
+        &length[..],
+        &before.to_le_bytes(),
+        data,
+        &after.to_le_bytes(),
+    ]
+    .concat()
+}
+
+/// A message of fields that are bytes or messages.
+fn message(fields: &[(u8, &[u8])]) -> Vec<u8> {
+    let mut out = Vec::new();
+    for (field, bytes) in fields {
+        put_bytes(&mut out, *field, bytes);
+    }
+    out
 }
 
 fn masked_crc(data: &[u8]) -> u32 {
