@@ -2,9 +2,9 @@
 //! energy are exchanged as in a pendulum, in running both are exchanged with springs.
 
 use crate::ratio;
-use crate::recording::{Column, Recording, Window, detail};
+use crate::recording::{Column, Recording, Side, Window, detail};
 use crate::statistics::correlation;
-use crate::support::Support;
+use crate::support::{Support, SupportPhase};
 
 /// Correlation of two columns over all rows of a window, in [-1, 1]; `None` if one does not vary.
 pub fn correlation_over(
@@ -24,7 +24,8 @@ pub fn correlation_over(
 /// or no single support begins and ends within the window.
 ///
 /// Phases cut by the window's ends are left out, so that a foot on which the body merely stands does
-/// not count as stepping.
+/// not count as stepping. The rows of a contact's two ends are left out, too: a foot lands within the control period after the
+/// first of them and lifts off within the period before the last, so that it is off the ground in both.
 pub fn correlation_in_single_support(
     recording: &Recording,
     support: &Support,
@@ -33,15 +34,23 @@ pub fn correlation_in_single_support(
     second: Column,
 ) -> Option<f64> {
     let (mut first_values, mut second_values) = (Vec::new(), Vec::new());
-    let whole_single_supports = support.phases().iter().filter(|interval| {
-        interval.phase.is_single()
-            && interval.window.start_row() > 0
-            && interval.window.end_row() + 1 < recording.len()
-            && window.contains(interval.window.start_row())
-            && window.contains(interval.window.end_row())
+    let whole_single_supports = support.phases().iter().filter_map(|interval| {
+        let side = match interval.phase {
+            SupportPhase::SingleRight => Side::Right,
+            SupportPhase::SingleLeft => Side::Left,
+            SupportPhase::Double | SupportPhase::Flight => return None,
+        };
+        let (start, end) = (interval.window.start_row(), interval.window.end_row());
+        let whole = start > 0
+            && end + 1 < recording.len()
+            && window.contains(start)
+            && window.contains(end);
+        let contacts = support.contacts(side);
+        let lands = contacts.iter().any(|contact| contact.start_row() == start);
+        let lifts = contacts.iter().any(|contact| contact.end_row() == end);
+        whole.then(|| start + usize::from(lands)..=end - usize::from(lifts))
     });
-    for interval in whole_single_supports {
-        let rows = interval.window.start_row()..=interval.window.end_row();
+    for rows in whole_single_supports.filter(|rows| !rows.is_empty()) {
         first_values.extend_from_slice(&recording.column(first)[rows.clone()]);
         second_values.extend_from_slice(&recording.column(second)[rows]);
     }
@@ -53,7 +62,8 @@ pub fn correlation_in_single_support(
 ///
 /// `W_f`, `W_v` and `W_ext` are the sums over the window of the rises of three energies of the centre of mass: of its forward
 /// motion, `½ m ẋ²`; of its height and vertical motion, `m g z + ½ m ż²`; and of both together. 1 is a perfect
-/// pendulum, 0 no exchange at all. The window should hold whole strides. `None` if neither energy ever rises, or if the
+/// pendulum, 0 no exchange at all. Rises are those from row to row: what the two trade within a millisecond of a touchdown and
+/// trade back does not count, as it does not on a force plate whose signal is smoothed. The window should hold whole strides. `None` if neither energy ever rises, or if the
 /// recording does not tell the centre of mass.
 pub fn energy_recovery(recording: &Recording, window: Window) -> Option<f64> {
     let (mass, gravity) = (

@@ -28,7 +28,7 @@ pub use episodes::Episodes;
 pub use error::ReportError;
 pub use experiments::study_experiments;
 pub use headline::{HeadlineNumber, headline_numbers};
-pub use return_map::{ReturnMap, Section, spectral_radius};
+pub use return_map::{Differences, ReturnMap, Section, spectral_radius};
 pub use study::{
     Change, Landing, Measured, NoiseTolerance, Plan, StartedMotion, Steady, StepHeight, Study,
 };

@@ -355,28 +355,43 @@ impl Page {
         self.push(
             "<h3>Return map: largest multiplier of a stride</h3>\n<div class=\"scroll\"><table><thead><tr><th class=\"number\">ω<sub>v</sub></th>\
              <th class=\"number\">stride (s)</th><th class=\"number\">largest multiplier</th>\
-             <th class=\"number\">differences four times as wide</th>\
+             <th class=\"number\">to one side: down, up</th>\
+             <th class=\"number\">widths of 10<sup>−6</sup>, 10<sup>−5</sup>, 10<sup>−3</sup></th>\
+             <th class=\"number\">commands held for a period</th>\
              <th class=\"number\">real deviation shrinks by</th><th class=\"number\">change in a stride</th></tr></thead><tbody>\n",
         );
         for map in &study.return_maps {
             let multiplier =
                 |value: Option<f64>| value.map_or_else(|| "no fixed point".to_owned(), short);
-            self.write(format_args!(
-                "<tr><td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td>\
-                 <td class=\"number\">{}</td><td class=\"number\">{}</td><td class=\"number\">{}</td></tr>\n",
-                map.omega_v,
+            let several = |values: &[Option<f64>]| {
+                let words = values
+                    .iter()
+                    .map(|value| value.map_or("–".to_owned(), short));
+                words.collect::<Vec<_>>().join(", ")
+            };
+            let [rounding, narrow, usual, wide] = map.differences;
+            self.push("<tr>");
+            for cell in [
+                map.omega_v.to_string(),
                 short(map.stride_s),
                 multiplier(map.multiplier),
-                multiplier(map.multiplier_check),
+                several(&[usual.backward, usual.forward]),
+                several(&[rounding.central, narrow.central, wide.central]),
+                multiplier(map.held),
                 multiplier(map.decay),
-                short(map.residual)
-            ));
+                short(map.residual),
+            ] {
+                self.write(format_args!("<td class=\"number\">{cell}</td>"));
+            }
+            self.push("</tr>\n");
         }
         self.push(
             "</tbody></table></div>\n<p class=\"quiet\">Below 1 a deviation shrinks from stride to stride. The section is where the right leg \
-             passes the left; the controller acts every millisecond here, for a stride need not be a whole number of control periods. \
-             Central differences; the deviation is of a millimetre, a millirad, a millimetre or a millirad per second; the last column is 0 \
-             at a fixed point.</p>\n",
+             passes the left; the controller acts every millisecond here, for a stride need not be a whole number of control periods, but in \
+             one column, where its commands are held for such a period, which begins at the section. Central differences 10<sup>−4</sup> m, \
+             rad, m/s and rad/s wide, and for comparison others: where contact begins or slips the map has a kink, and the two sides differ; \
+             at 10<sup>−6</sup> the networks’ rounding shows. The deviation is of a millimetre, a millirad, a millimetre or a millirad per \
+             second; the last column is 0 at a fixed point.</p>\n",
         );
     }
 

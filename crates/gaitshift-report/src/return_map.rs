@@ -6,6 +6,11 @@
 //! a stride need not be a whole number of periods, and there would be no fixed point.
 //!
 //! The multipliers are the eigenvalues of the map's derivative at its fixed point (Floquet). Below 1 a gait is stable.
+//!
+//! Two things limit the differences. The networks count in single precision, so that a stride repeats to some 1e-6 only and
+//! differences of that width measure rounding. And the map has kinks where contact begins or friction changes from sticking to
+//! slipping: there a difference to one side is another than to the other, and no width makes them agree. Hence the differences
+//! over decades of widths, central and to each side.
 
 use crate::{ReportError, Subject};
 use gaitshift_body::{Body, BodyState, EnergyAccount};
@@ -24,9 +29,9 @@ const MOST_STRIDES: usize = 200;
 const SETTLED: f64 = 2e-7;
 /// A point that a stride changes by more than this is no fixed point.
 const FIXED: f64 = 1e-5;
-/// Step of the central differences, in m, rad, m/s and rad/s; and that of the check.
-const STEP: f64 = 1e-5;
-const OTHER_STEP: f64 = 4e-5;
+/// Widths of the differences, in m, rad, m/s and rad/s; and which of them the multiplier is from: the middle of those that agree.
+const WIDTHS: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
+const WIDTH: usize = 2;
 /// A real deviation, in every coordinate; strides over which it is followed; and where it ends in the point's own uncertainty.
 const DEVIATION: f64 = 1e-3;
 const FIRST_STRIDE: usize = 3;
@@ -46,12 +51,27 @@ pub struct ReturnMap {
     pub stride_s: f64,
     /// By how much a stride changes the point, as the greatest change of a coordinate: 0 at a fixed point.
     pub residual: f64,
-    /// Largest amount of a multiplier; nothing without a fixed point.
+    /// Largest amount of a multiplier, from central differences 1e-4 wide to each side; nothing without a fixed point.
     pub multiplier: Option<f64>,
-    /// The same from central differences four times as wide: near the other if the map is smooth there.
-    pub multiplier_check: Option<f64>,
+    /// The same from differences of several widths and to either side: near it where the map is smooth.
+    pub differences: [Differences; WIDTHS.len()],
+    /// The same with commands held for the task's control period, which begins anew at the section.
+    pub held: Option<f64>,
     /// By what factor a stride shrinks a real deviation, mean over some strides: the multiplier again, but for what is not linear.
     pub decay: Option<f64>,
+}
+
+/// Largest amounts of a multiplier from differences of one width.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Differences {
+    /// How far the state is moved, in m, rad, m/s and rad/s.
+    pub width: f64,
+    /// From central differences.
+    pub central: Option<f64>,
+    /// From differences towards greater coordinates.
+    pub forward: Option<f64>,
+    /// From differences towards smaller coordinates.
+    pub backward: Option<f64>,
 }
 
 impl ReturnMap {
@@ -70,34 +90,39 @@ impl ReturnMap {
             policy: Deterministic(&mut controller.policy),
             omega_v,
             pitch_limit_rad: controller.task.termination.pitch_limit_rad,
+            hold_s: HOLD_S,
         };
-        let Some((mut point, mut stride_s)) = strider.until_section(start) else {
+        let Some(cycle) = strider.settle(start) else {
             return Ok(None);
         };
-        let mut residual = f64::INFINITY;
-        for _ in 0..MOST_STRIDES {
-            let Some((next, time_s)) = strider.stride(&point) else {
-                return Ok(None);
-            };
-            residual = distance(&next, &point);
-            (point, stride_s) = (next, time_s);
-            if residual < SETTLED {
-                break;
-            }
-        }
-        let fixed = residual < FIXED;
-        let mut largest = |step: f64| {
-            let derivative = fixed.then(|| strider.derivative(&point, step)).flatten()?;
-            spectral_radius(&derivative)
-        };
+        let differences = WIDTHS.map(|width| strider.differences(&cycle, width));
+        let decay = cycle.fixed().then(|| strider.decay(&cycle.point)).flatten();
+        strider.hold_s = controller.task.control_period_s;
+        let held = strider
+            .settle(start)
+            .and_then(|cycle| strider.differences(&cycle, WIDTHS[WIDTH]).central);
         Ok(Some(Self {
             omega_v,
-            stride_s,
-            residual,
-            multiplier: largest(STEP),
-            multiplier_check: largest(OTHER_STEP),
-            decay: fixed.then(|| strider.decay(&point)).flatten(),
+            stride_s: cycle.stride_s,
+            residual: cycle.residual,
+            multiplier: differences[WIDTH].central,
+            differences,
+            held,
+            decay,
         }))
+    }
+}
+
+/// Where a motion's strides lead.
+struct Cycle {
+    point: Section,
+    stride_s: f64,
+    residual: f64,
+}
+
+impl Cycle {
+    fn fixed(&self) -> bool {
+        self.residual < FIXED
     }
 }
 
@@ -107,9 +132,29 @@ struct Strider<'a> {
     policy: Deterministic<'a>,
     omega_v: f64,
     pitch_limit_rad: f64,
+    hold_s: f64,
 }
 
 impl Strider<'_> {
+    /// Follows a motion until a stride changes it no more, or long enough; nothing if it falls or does not stride.
+    fn settle(&mut self, start: BodyState) -> Option<Cycle> {
+        let (mut point, mut stride_s) = self.until_section(start)?;
+        let mut residual = f64::INFINITY;
+        for _ in 0..MOST_STRIDES {
+            let (next, time_s) = self.stride(&point)?;
+            residual = distance(&next, &point);
+            (point, stride_s) = (next, time_s);
+            if residual < SETTLED {
+                break;
+            }
+        }
+        Some(Cycle {
+            point,
+            stride_s,
+            residual,
+        })
+    }
+
     /// The next point on the section and the time to it.
     fn stride(&mut self, point: &Section) -> Option<(Section, f64)> {
         self.until_section(state_of(point))
@@ -117,7 +162,7 @@ impl Strider<'_> {
 
     fn until_section(&mut self, mut s: BodyState) -> Option<(Section, f64)> {
         let dt = self.body.parameters().time_step_s;
-        let steps = (HOLD_S / dt).round().max(1.0) as u32;
+        let steps = (self.hold_s / dt).round().max(1.0) as u32;
         let ahead = |s: &BodyState| s.legs[0].psi - s.legs[1].psi;
         let mut taken = 0_u32;
         while f64::from(taken) * dt < LONGEST_S {
@@ -162,8 +207,31 @@ impl Strider<'_> {
         Some((to / from).powf(1.0 / (last - first) as f64))
     }
 
-    /// Central differences, a column for each coordinate.
-    fn derivative(&mut self, point: &Section, step: f64) -> Option<Vec<Section>> {
+    /// Largest multipliers at a fixed point; nothing at another.
+    fn differences(&mut self, cycle: &Cycle, width: f64) -> Differences {
+        let ends = cycle
+            .fixed()
+            .then(|| self.ends(&cycle.point, width))
+            .flatten();
+        let radius = |of: fn(&[Section; 3]) -> [&Section; 2], apart: f64| {
+            let column = |ends: &[Section; 3]| {
+                let [to, from] = of(ends);
+                std::array::from_fn(|i| (to[i] - from[i]) / apart)
+            };
+            let columns: Vec<Section> = ends.as_ref()?.iter().map(column).collect();
+            spectral_radius(&columns)
+        };
+        Differences {
+            width,
+            central: radius(|[down, _, up]| [up, down], 2.0 * width),
+            forward: radius(|[_, here, up]| [up, here], width),
+            backward: radius(|[down, here, _]| [here, down], width),
+        }
+    }
+
+    /// Where strides end that begin `width` below a point, on it and `width` above it, in each coordinate.
+    fn ends(&mut self, point: &Section, width: f64) -> Option<Vec<[Section; 3]>> {
+        let here = self.stride(point)?.0;
         (0..SIZE)
             .map(|k| {
                 let mut moved = |by: f64| {
@@ -171,8 +239,7 @@ impl Strider<'_> {
                     start[k] += by;
                     self.stride(&start).map(|(end, _)| end)
                 };
-                let (up, down) = (moved(step)?, moved(-step)?);
-                Some(std::array::from_fn(|i| (up[i] - down[i]) / (2.0 * step)))
+                Some([moved(-width)?, here, moved(width)?])
             })
             .collect()
     }
