@@ -25,7 +25,8 @@ pub fn correlation_over(
 ///
 /// Phases cut by the window's ends are left out, so that a foot on which the body merely stands does
 /// not count as stepping. The rows of a contact's two ends are left out, too: a foot lands within the control period after the
-/// first of them and lifts off within the period before the last, so that it is off the ground in both.
+/// first of them and lifts off within the period before the last, so that it is off the ground in both. Where the share of
+/// contact within the period tells that it touched for all of it, the row counts.
 pub fn correlation_in_single_support(
     recording: &Recording,
     support: &Support,
@@ -46,8 +47,12 @@ pub fn correlation_in_single_support(
             && window.contains(start)
             && window.contains(end);
         let contacts = support.contacts(side);
-        let lands = contacts.iter().any(|contact| contact.start_row() == start);
-        let lifts = contacts.iter().any(|contact| contact.end_row() == end);
+        // The period after a row, and the one before it, end with the rows of their shares.
+        let shares = recording.detail(detail::CONTACT_SHARE[side.index()]);
+        let in_part = |row: usize| shares.is_none_or(|shares| shares[row] < 1.0);
+        let lands =
+            contacts.iter().any(|contact| contact.start_row() == start) && in_part(start + 1);
+        let lifts = contacts.iter().any(|contact| contact.end_row() == end) && in_part(end);
         whole.then(|| start + usize::from(lands)..=end - usize::from(lifts))
     });
     for rows in whole_single_supports.filter(|rows| !rows.is_empty()) {

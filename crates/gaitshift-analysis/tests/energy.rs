@@ -10,7 +10,7 @@ use common::{Frame, GRAVITY, Gait, MASS_KG, PERIOD_S, close, metadata, record};
 use gaitshift_analysis::energy::{
     correlation_in_single_support, correlation_over, energy_recovery,
 };
-use gaitshift_analysis::recording::{COLUMNS, Column, DETAILS, Recording, column, detail};
+use gaitshift_analysis::recording::{COLUMNS, Column, DETAILS, Recording, Side, column, detail};
 use gaitshift_analysis::support::{ContactRule, Support};
 
 const KINETIC: Column = column::KINETIC_ENERGY_J;
@@ -77,6 +77,31 @@ fn the_rows_around_a_touchdown_within_a_period_are_not_single_support() {
         frame
     });
     close(in_single_support(&recording, KINETIC, POTENTIAL), 1.0);
+}
+
+#[test]
+fn a_foot_that_touches_all_of_a_period_counts_at_both_its_ends() {
+    // Energies that are in phase but at the very touchdown and lift-off.
+    let recording = |share: f64| {
+        let mut recording = record(10.0, |time_s| {
+            let mut frame = Gait::RUN.frame(time_s);
+            let since_s = (time_s + 1e-6).rem_euclid(0.35);
+            if since_s < 2e-6 || (0.25..0.25 + 2e-6).contains(&since_s) {
+                frame.kinetic_j -= 500.0;
+            }
+            frame
+        });
+        for side in Side::BOTH {
+            let share = vec![share; recording.len()];
+            recording
+                .set_detail(detail::CONTACT_SHARE[side.index()], share)
+                .expect("a share for each row");
+        }
+        recording
+    };
+    close(in_single_support(&recording(0.5), KINETIC, POTENTIAL), 1.0);
+    let whole = in_single_support(&recording(1.0), KINETIC, POTENTIAL).expect("defined");
+    assert!(whole < 0.9, "{whole}");
 }
 
 #[test]
