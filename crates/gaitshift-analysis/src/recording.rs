@@ -63,7 +63,13 @@ pub struct RecordingMetadata {
     pub ground: Option<Vec<[f64; 2]>>,
 }
 
-/// The usual values of [`RecordingMetadata::ended_by`].
+/// Whether a column holds a reward term of one's own.
+pub fn is_extra(column: &str) -> bool {
+    let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    column.starts_with("reward_") && column.chars().all(fits) && Column::named(column).is_none()
+}
+
+/// The usual values of [`RecordingMetadata::ended_by`]; a rule of one's own that ended the motion gives its name.
 pub mod ended_by {
     /// The motion was to last this long and did.
     pub const TIME_LIMIT: &str = "time limit";
@@ -73,6 +79,8 @@ pub mod ended_by {
     pub const HIP_HEIGHT: &str = "hip height";
     /// The simulated state stopped being finite or plausible.
     pub const DIVERGED: &str = "diverged";
+    /// A reward term or a rule of one's own had no finite value.
+    pub const UNDEFINED: &str = "undefined";
 }
 
 /// One of the two legs.
@@ -111,6 +119,8 @@ pub struct Recording {
     columns: Vec<Vec<f64>>,
     /// Of each detail a value per row, or none.
     details: Vec<Vec<f64>>,
+    /// Reward terms of one's own by the names of their columns, with a value per row.
+    extra: Vec<(String, Vec<f64>)>,
 }
 
 impl Recording {
@@ -120,6 +130,7 @@ impl Recording {
             metadata,
             columns: vec![Vec::new(); COLUMNS.len()],
             details: vec![Vec::new(); DETAILS.len()],
+            extra: Vec::new(),
         }
     }
 
@@ -147,7 +158,7 @@ impl Recording {
         }
         if let Some(position) = row.iter().position(|value| !value.is_finite()) {
             return Err(RowError::NotFinite {
-                column: COLUMNS.iter().chain(DETAILS).nth(position).unwrap_or(&""),
+                column: (*COLUMNS.iter().chain(DETAILS).nth(position).unwrap_or(&"")).to_owned(),
                 value: row[position],
             });
         }
@@ -179,20 +190,43 @@ impl Recording {
     /// # Errors
     /// Refuses another number of values than rows, and a value that is not finite.
     pub fn set_detail(&mut self, detail: Detail, values: Vec<f64>) -> Result<(), RowError> {
+        self.check_series(detail.name(), &values)?;
+        self.details[detail.index()] = values;
+        Ok(())
+    }
+
+    /// Gives every row its value of a reward term of one's own, in the column `reward_NAME`.
+    ///
+    /// # Errors
+    /// Refuses another number of values than rows, and a value that is not finite.
+    ///
+    /// # Panics
+    /// If it is no column of such a term ([`is_extra`]).
+    pub fn set_extra(&mut self, column: &str, values: Vec<f64>) -> Result<(), RowError> {
+        assert!(
+            is_extra(column),
+            "`{column}` is no column of a reward term of one's own"
+        );
+        self.check_series(column, &values)?;
+        self.extra.retain(|(name, _)| name != column);
+        self.extra.push((column.to_owned(), values));
+        Ok(())
+    }
+
+    fn check_series(&self, name: &str, values: &[f64]) -> Result<(), RowError> {
         if values.len() != self.len() {
             return Err(RowError::DetailLength {
-                column: detail.name(),
+                column: name.to_owned(),
                 found: values.len(),
                 expected: self.len(),
             });
         }
         if let Some(&value) = values.iter().find(|value| !value.is_finite()) {
             return Err(RowError::NotFinite {
-                column: detail.name(),
+                column: name.to_owned(),
                 value,
             });
         }
-        self.details[detail.index()] = values;
         Ok(())
     }
 
@@ -206,6 +240,17 @@ impl Recording {
             .enumerate()
             .filter(move |(k, (_, series))| *k < width || !series.is_empty())
             .map(|(_, named)| named)
+    }
+
+    /// Every column there is: [`Recording::named_columns`], then the reward terms of one's own.
+    pub fn every_column(&self) -> impl Iterator<Item = (&str, &[f64])> {
+        let extra = self
+            .extra
+            .iter()
+            .map(|(name, series)| (&name[..], &series[..]));
+        self.named_columns()
+            .map(|named| (named.0 as &str, named.1))
+            .chain(extra)
     }
 
     /// Number of rows.

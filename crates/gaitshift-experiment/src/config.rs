@@ -369,7 +369,7 @@ impl Experiment {
         })?;
         self.task
             .validate(&self.body)
-            .and_then(|()| self.curriculum.validate(&self.body))
+            .and_then(|()| self.curriculum.validate(&self.body, &self.task.reward))
             .map_err(|source| ConfigError::Task {
                 origin: origin(),
                 source,
@@ -469,6 +469,21 @@ impl Experiment {
             }
         }
         Ok(())
+    }
+
+    /// What can be trained but is probably not meant, a sentence each, as far as body and task alone show.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.body.warnings();
+        if self.training.symmetry == Symmetry::Replay {
+            for (key, text) in self.task.asymmetric_expressions() {
+                warnings.push(format!(
+                    "`{key}` tells left from right: {text}. With `training.symmetry = \"replay\"` half of every batch is \
+                     mirrored and keeps its reward and its end, so that what is learned is the mean of the expression and \
+                     of its mirror image; `training.symmetry = \"none\"` learns it as it stands"
+                ));
+            }
+        }
+        warnings
     }
 
     /// The learner's settings where no phase says otherwise. An entropy that is learned has no fixed α; it counts as 0.

@@ -77,7 +77,10 @@ pub(crate) fn is_decided(key: &str, mirrored: bool, rehearsing: bool) -> bool {
         "training.replay_capacity",
         "training.warm_start.controller",
     ];
-    (key.starts_with("learner.") && key != "learner.threads")
+    // The terms of one's own are columns of `metrics.csv`.
+    let named = key.starts_with("task.reward.extra[") && key.ends_with(".name");
+    named
+        || (key.starts_with("learner.") && key != "learner.threads")
         || key.starts_with("body.")
         // By them the best controller so far was chosen.
         || key.starts_with("criteria.")

@@ -31,7 +31,7 @@ impl Review {
         } else {
             (None, Experiment::recipe(file_or_recipe)?)
         };
-        let mut warnings = experiment.body.warnings();
+        let mut warnings = experiment.warnings();
         warnings.extend(unreached(experiment));
         Ok(Self {
             base,

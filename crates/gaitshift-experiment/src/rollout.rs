@@ -88,20 +88,50 @@ impl Rollout<'_> {
         let mut row = Vec::new();
         simulation.detailed_row(&mut row);
         recording.push_row(&row)?;
+        let mut own = ExtraColumns::of(self.task);
+        own.push(&simulation);
         for _ in 0..(self.duration_s / period).round() as u64 {
             let omega_v = self.profile.at(simulation.time_s());
             let ended = simulation.step(omega_v, None, control);
-            if ended != Some(EndReason::Diverged) {
+            if !ended.is_some_and(EndReason::is_failure) {
                 simulation.detailed_row(&mut row);
                 recording.push_row(&row)?;
+                own.push(&simulation);
             }
             if let Some(ended) = ended {
                 recording.metadata.fell = true;
-                recording.metadata.ended_by = ended.name().to_owned();
+                recording.metadata.ended_by = self.task.end_name(ended).to_owned();
                 break;
             }
         }
+        own.add_to(&mut recording)?;
         Ok(recording)
+    }
+}
+
+/// Reward terms of one's own as columns of a recording that grows.
+struct ExtraColumns(Vec<(String, Vec<f64>)>);
+
+impl ExtraColumns {
+    fn of(task: &TaskParameters) -> Self {
+        let names = task.reward.extra.names();
+        Self(
+            names
+                .map(|name| (format!("reward_{name}"), Vec::new()))
+                .collect(),
+        )
+    }
+
+    fn push(&mut self, simulation: &Simulation) {
+        for ((_, series), value) in self.0.iter_mut().zip(simulation.terms().extra) {
+            series.push(value);
+        }
+    }
+
+    fn add_to(self, recording: &mut Recording) -> Result<(), RowError> {
+        self.0
+            .into_iter()
+            .try_for_each(|(column, series)| recording.set_extra(&column, series))
     }
 }
 

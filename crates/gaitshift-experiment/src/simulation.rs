@@ -77,6 +77,11 @@ impl Simulation {
         &self.body
     }
 
+    /// The reward's terms of the last control period, before the common factor.
+    pub fn terms(&self) -> &RewardTerms {
+        &self.terms
+    }
+
     /// Its state.
     pub fn state(&self) -> &BodyState {
         &self.environment.state
@@ -93,7 +98,7 @@ impl Simulation {
     }
 
     /// Moves one control period under the command `omega_v`, while a force, forward and up in N, pushes the hip.
-    /// Gives the reason if the body fell; after a divergence there is no row to be had.
+    /// Gives the reason if the body fell; after a failure ([`EndReason::is_failure`]) there is no row to be had.
     pub fn step(
         &mut self,
         omega_v: f64,

@@ -221,7 +221,9 @@ impl Training {
         for note in self.notes.drain(..) {
             observer.note(&note);
         }
-        let mut logs = self.folder.open_logs(&counting::metrics_names())?;
+        let mut logs = self
+            .folder
+            .open_logs(&counting::metrics_names(&self.experiment))?;
         let mut next_report = self.counters.step;
         while !self.is_finished() && !observer.stop_requested() {
             let (step, e) = (self.counters.step, &self.experiment);

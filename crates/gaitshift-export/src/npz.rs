@@ -12,7 +12,7 @@ use gaitshift_analysis::Recording;
 /// As a text, metadata that cannot be written as JSON.
 pub fn npz(recording: &Recording) -> Result<Vec<u8>, String> {
     let mut archive = Archive::default();
-    for (name, series) in recording.named_columns() {
+    for (name, series) in recording.every_column() {
         let bytes = series.iter().flat_map(|v| v.to_le_bytes()).collect();
         archive.add(name, &npy("<f8", &format!("({},)", series.len()), bytes))?;
     }

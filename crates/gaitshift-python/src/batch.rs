@@ -6,7 +6,7 @@ use gaitshift_body::{Body, BodyParameters, BodyState, LEFT, RIGHT};
 use gaitshift_experiment::{Simulation, recording_row};
 use gaitshift_figures::Snapshot;
 use gaitshift_task::{
-    AutoReset, INFO_SIZE, OBSERVATION_SIZE, Opening, TaskParameters, VectorEnvironment,
+    AutoReset, INFO_SIZE, INFO_WIDTH, OBSERVATION_SIZE, Opening, TaskParameters, VectorEnvironment,
     VectorState, VectorStep, info_names,
 };
 use gaitshift_view::{Server, Show, Stopper, ViewOptions, Watched};
@@ -141,6 +141,15 @@ impl Batch {
             return Err(damaged(&"it is of other environments"));
         }
         Ok(Self::of(py, vector, all.threads.clamp(1, 256)))
+    }
+
+    /// Names of the rows of the information, those of reward terms of one's own after those that all have.
+    #[getter]
+    fn info_names<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyString>> {
+        self.names
+            .iter()
+            .map(|name| name.bind(py).clone())
+            .collect()
     }
 
     #[getter]
@@ -419,13 +428,13 @@ fn hindered(
 impl Batch {
     fn of(py: Python<'_>, vector: VectorEnvironment, threads: usize) -> Self {
         Self {
-            vector,
-            threads,
-            shown: None,
-            names: info_names()
+            names: info_names(&vector.task().reward)
                 .iter()
                 .map(|name| PyString::new(py, name).unbind())
                 .collect(),
+            vector,
+            threads,
+            shown: None,
         }
     }
 
@@ -461,14 +470,16 @@ impl Batch {
     fn info<'py>(
         &self,
         py: Python<'py>,
-        values: &[f64; INFO_SIZE],
+        values: &[f64; INFO_WIDTH],
     ) -> PyResult<Bound<'py, PyDict>> {
         let info = PyDict::new(py);
-        let (diverged, numbers) = (values[INFO_SIZE - 1] != 0.0, &values[..INFO_SIZE - 1]);
-        for (name, value) in self.names.iter().zip(numbers) {
-            info.set_item(name, value)?;
+        for (k, (name, value)) in self.names.iter().zip(values).enumerate() {
+            if k == INFO_SIZE - 1 {
+                info.set_item(name, *value != 0.0)?;
+            } else {
+                info.set_item(name, value)?;
+            }
         }
-        info.set_item(&self.names[INFO_SIZE - 1], diverged)?;
         Ok(info)
     }
 }
@@ -514,9 +525,9 @@ fn check_command(omega_v: f64) -> PyResult<()> {
 fn vectors<'py>(py: Python<'py>, steps: &[VectorStep]) -> PyResult<Vectors<'py>> {
     let count = steps.len();
     let array = |observations: &dyn Fn(&VectorStep) -> [f64; OBSERVATION_SIZE],
-                 info: &dyn Fn(&VectorStep) -> [f64; INFO_SIZE]| {
+                 info: &dyn Fn(&VectorStep) -> [f64; INFO_WIDTH]| {
         let mut o = Array2::<f64>::zeros((count, OBSERVATION_SIZE));
-        let mut i = Array2::<f64>::zeros((INFO_SIZE, count));
+        let mut i = Array2::<f64>::zeros((INFO_WIDTH, count));
         for (k, step) in steps.iter().enumerate() {
             o.row_mut(k).assign(&Array1::from_iter(observations(step)));
             i.column_mut(k).assign(&Array1::from_iter(info(step)));
@@ -528,7 +539,7 @@ fn vectors<'py>(py: Python<'py>, steps: &[VectorStep]) -> PyResult<Vectors<'py>>
     let last = ended.then(|| {
         array(
             &|step| step.last.map_or([0.0; OBSERVATION_SIZE], |last| last.0),
-            &|step| step.last.map_or([0.0; INFO_SIZE], |last| last.1),
+            &|step| step.last.map_or([0.0; INFO_WIDTH], |last| last.1),
         )
     });
     let flags = |flag: fn(&VectorStep) -> bool| PyArray1::from_iter(py, steps.iter().map(flag));

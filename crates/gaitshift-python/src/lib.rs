@@ -14,7 +14,7 @@ mod sac;
 mod training;
 
 use gaitshift_analysis::recording::{COLUMNS, DETAILS};
-use gaitshift_task::{OBSERVATION_NAMES, OBSERVATION_SCALE, info_names};
+use gaitshift_task::{OBSERVATION_NAMES, OBSERVATION_SCALE, RewardParameters, info_names};
 use pyo3::prelude::*;
 use std::ffi::OsString;
 
@@ -43,6 +43,6 @@ fn native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("OBSERVATION_SCALE", OBSERVATION_SCALE.to_vec())?;
     m.add("COLUMNS", COLUMNS.to_vec())?;
     m.add("DETAILS", DETAILS.to_vec())?;
-    m.add("INFO_NAMES", info_names())?;
+    m.add("INFO_NAMES", info_names(&RewardParameters::default()))?;
     m.add("__version__", env!("CARGO_PKG_VERSION"))
 }

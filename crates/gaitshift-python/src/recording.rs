@@ -1,7 +1,9 @@
 //! Recordings as arrays.
 
 use crate::convert::{from_python, os_error, to_python, value_error};
-use gaitshift_analysis::recording::{COLUMNS, Column, Detail, RecordingError, RecordingMetadata};
+use gaitshift_analysis::recording::{
+    COLUMNS, Column, Detail, RecordingError, RecordingMetadata, is_extra,
+};
 use gaitshift_analysis::{AnalysisOptions, TransitionOptions, summarise, summarise_transition};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyError, PyOSError};
@@ -45,10 +47,14 @@ impl Recording {
             series.push(floats(name, &values)?);
         }
         let mut details = Vec::new();
+        let mut extra = Vec::new();
         for (key, values) in columns.iter() {
             let key: String = key.extract()?;
             if let Some(detail) = Detail::named(&key) {
                 details.push((detail, floats(&key, &values)?));
+            } else if is_extra(&key) {
+                let values = floats(&key, &values)?;
+                extra.push((key, values));
             } else if Column::named(&key).is_none() {
                 return Err(value_error(format!(
                     "`columns` has the unknown column `{key}`; see gaitshift.COLUMNS"
@@ -77,6 +83,9 @@ impl Recording {
         for (detail, values) in details {
             recording.set_detail(detail, values).map_err(value_error)?;
         }
+        for (column, values) in extra {
+            recording.set_extra(&column, values).map_err(value_error)?;
+        }
         Ok(Self(recording))
     }
 
@@ -102,8 +111,8 @@ impl Recording {
     }
 
     #[getter]
-    fn columns(&self) -> Vec<&'static str> {
-        self.0.named_columns().map(|(name, _)| name).collect()
+    fn columns(&self) -> Vec<&str> {
+        self.0.every_column().map(|(name, _)| name).collect()
     }
 
     fn __len__(&self) -> usize {
@@ -111,7 +120,7 @@ impl Recording {
     }
 
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let mut columns = self.0.named_columns();
+        let mut columns = self.0.every_column();
         let (_, series) = columns.find(|(known, _)| *known == name).ok_or_else(|| {
             PyKeyError::new_err(format!(
                 "this recording has no column `{name}`; its attribute `columns` lists those that it has"

@@ -288,7 +288,7 @@ fn cost(studies: &[&Study]) -> Result<Shown, ReportError> {
 /// A time series of a recording as a table.
 fn recording_table(name: &str, recording: &Recording, from_s: f64, to_s: f64) -> Table {
     let mut table = Table::new(name, &[]);
-    let columns: Vec<(&str, &[f64])> = recording.named_columns().collect();
+    let columns: Vec<(&str, &[f64])> = recording.every_column().collect();
     table.columns = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
     if let Some(window) = recording.window(from_s, to_s) {
         for row in window.start_row()..=window.end_row() {

@@ -1,11 +1,13 @@
 //! The curriculum as data: phases with their lengths, ranges of the command and changed weights.
 
+use crate::overrides::blend;
 use crate::parameters::require;
 use crate::randomization::uniform;
 use crate::{LearnerSettings, Overrides, Randomization, RewardParameters, TaskError};
 use gaitshift_body::BodyParameters;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Most environment steps of a phase: their sum must stay countable.
 const MOST_STEPS: u64 = 1_000_000_000_000_000;
@@ -29,6 +31,12 @@ pub struct Phase {
     /// Keys of the reward that move linearly during the phase, and where to.
     #[serde(default, skip_serializing_if = "Overrides::is_empty")]
     pub reward_end: Overrides<RewardParameters>,
+    /// Weights of reward terms of one's own that the phase replaces, by their names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub reward_extra: BTreeMap<String, f64>,
+    /// Such weights that move linearly during the phase, and where to.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub reward_extra_end: BTreeMap<String, f64>,
     /// Settings of the learner that the phase replaces.
     #[serde(default, skip_serializing_if = "Overrides::is_empty")]
     pub learner: Overrides<LearnerSettings>,
@@ -170,6 +178,17 @@ impl Curriculum {
         let mut reward = reward.clone();
         phase.reward.blend_into(&mut reward, 1.0);
         phase.reward_end.blend_into(&mut reward, progress);
+        let weights = [
+            (&phase.reward_extra, 1.0),
+            (&phase.reward_extra_end, progress),
+        ];
+        for (weights, share) in weights {
+            for (name, weight) in weights {
+                if let Some(current) = reward.extra.weight_mut(name) {
+                    *current = blend(*current, *weight, share);
+                }
+            }
+        }
         let command = &self.command;
         PhaseSettings {
             index,
@@ -207,11 +226,15 @@ impl Curriculum {
         Some(self.phases[..before].iter().map(|phase| phase.steps).sum())
     }
 
-    /// Checks every field, for training on `body`.
+    /// Checks every field, for training on `body` with a task of this reward.
     ///
     /// # Errors
     /// The first field out of range.
-    pub fn validate(&self, body: &BodyParameters) -> Result<(), TaskError> {
+    pub fn validate(
+        &self,
+        body: &BodyParameters,
+        reward: &RewardParameters,
+    ) -> Result<(), TaskError> {
         let c = &self.command;
         require(
             (1..=1000).contains(&self.phases.len()),
@@ -256,6 +279,22 @@ impl Curriculum {
             }
             p.reward.validate(&key("reward"))?;
             p.reward_end.validate(&key("reward_end"))?;
+            for (table, weights) in [
+                ("reward_extra", &p.reward_extra),
+                ("reward_extra_end", &p.reward_extra_end),
+            ] {
+                for (name, weight) in weights {
+                    let key = key(&format!("{table}.{name}"));
+                    let known = reward.extra.names().any(|known| known == name);
+                    require(
+                        known,
+                        &key,
+                        weight,
+                        "the weight of a term that `task.reward.extra` has",
+                    )?;
+                    require(weight.is_finite(), &key, weight, "finite")?;
+                }
+            }
             p.learner.validate(&key("learner"))?;
             p.learner_end.validate(&key("learner_end"))?;
             if let Some(v) = p.redraw_interval_s {

@@ -417,7 +417,7 @@ impl Disturbed {
         };
         let parts: Vec<Part> = cuts.windows(2).map(|c| part(c[0], c[1])).collect();
         self.steps = end;
-        let outcome = environment.step_in_parts(body, task, reward, &parts);
+        let outcome = environment.step_in_parts(body, task, reward, command, &parts);
         self.conditions.sense(&mut self.rng);
         outcome
     }

@@ -1,5 +1,6 @@
 //! Episodes: one environment, and a batch of them stepped together.
 
+use crate::expression::{Moment, Quantities};
 use crate::observation::{OBSERVATION_SIZE, observe};
 use crate::randomization::Conditions;
 use crate::{
@@ -24,20 +25,40 @@ pub enum EndReason {
     HipHeight,
     /// The simulation diverged: the step is not to be learned from.
     Diverged,
+    /// An expression of one's own had no finite value: the step is not to be learned from.
+    Undefined,
+    /// The rule of one's own of this index.
+    Rule(u8),
 }
 
 impl EndReason {
+    /// What [`EndReason::name`] gives.
+    pub(crate) const NAMES: [&'static str; 6] = [
+        "time limit",
+        "pitch",
+        "hip height",
+        "diverged",
+        "undefined",
+        "rule",
+    ];
+
     /// Whether the body fell (as opposed to the time limit).
     pub fn is_termination(self) -> bool {
         self != Self::TimeLimit
     }
-    /// Short name for logs and recordings.
+    /// Whether the step came to nothing that could be learned from.
+    pub fn is_failure(self) -> bool {
+        matches!(self, Self::Diverged | Self::Undefined)
+    }
+    /// Short name; that of a rule of one's own is known to the task ([`TaskParameters::end_name`]).
     pub fn name(self) -> &'static str {
         match self {
             Self::TimeLimit => "time limit",
             Self::Pitch => "pitch",
             Self::HipHeight => "hip height",
             Self::Diverged => "diverged",
+            Self::Undefined => "undefined",
+            Self::Rule(_) => "rule",
         }
     }
 }
@@ -67,6 +88,9 @@ pub struct Environment {
     /// Control periods since the episode began.
     pub periods: u32,
     energy_j: f64,
+    /// The command of the last control period, which an expression of one's own may compare with the next.
+    #[serde(default)]
+    command: [f64; 2],
     /// What looks at every integration step, where details are recorded.
     #[serde(skip)]
     meter: Option<Box<Meter>>,
@@ -81,6 +105,7 @@ impl Environment {
             account: EnergyAccount::default(),
             omega_v,
             periods: 0,
+            command: [0.0; 2],
             meter: None,
         }
     }
@@ -164,7 +189,7 @@ impl Environment {
             push_n: None,
             steps,
         };
-        self.step_in_parts(body, task, reward, &[part])
+        self.step_in_parts(body, task, reward, command, &[part])
     }
 
     /// [`Environment::step`] while an external force, forward and up in N, pushes the hip axis.
@@ -182,7 +207,7 @@ impl Environment {
             push_n: Some(push_n),
             steps,
         };
-        self.step_in_parts(body, task, reward, &[part])
+        self.step_in_parts(body, task, reward, command, &[part])
     }
 
     /// Goes on with another body in the same state. The account begins anew, and what the change did to the
@@ -210,15 +235,17 @@ impl Environment {
             push_n: None,
             steps,
         });
-        self.step_in_parts(body, task, reward, &parts)
+        self.step_in_parts(body, task, reward, command, &parts)
     }
 
-    /// Advances one control period whose parts follow each other.
+    /// Advances one control period whose parts follow each other. `command` is what was asked for in it, whatever its
+    /// parts carry out.
     pub(crate) fn step_in_parts(
         &mut self,
         body: &Body,
         task: &TaskParameters,
         reward: &RewardParameters,
+        command: [f64; 2],
         parts: &[Part],
     ) -> StepOutcome {
         let before = self.account;
@@ -244,6 +271,14 @@ impl Environment {
             };
             done += steps;
         }
+        let command = command.map(|c| c.clamp(-1.0, 1.0));
+        // Nothing precedes an episode's first command: it changes nothing.
+        let previous = if self.periods == 0 {
+            command
+        } else {
+            self.command
+        };
+        self.command = command;
         self.periods = self.periods.saturating_add(1);
         let factor = reward.factor(self.omega_v);
         if report.diverged {
@@ -254,7 +289,8 @@ impl Environment {
                 report,
             };
         }
-        let energy_j = body.energy(&self.state).total();
+        let energy = body.energy(&self.state);
+        let energy_j = energy.total();
         let change = energy_j - self.energy_j;
         self.energy_j = energy_j;
         let energies = StepEnergies {
@@ -262,12 +298,41 @@ impl Environment {
             friction_loss_j: self.account.friction - before.friction,
             positive_work_j: self.account.positive_work() - before.positive_work(),
         };
-        let terms = reward.terms(&self.state, &energies, self.omega_v);
+        let mut terms = reward.terms(&self.state, &energies, self.omega_v);
         let rule = &task.termination;
-        let ended = if self.state.theta.abs() > rule.pitch_limit_rad {
+        let ground_m = body.ground_height(self.state.x);
+        let mut own_ending = None;
+        if !(reward.extra.is_empty() && rule.extra.is_empty()) {
+            let quantities = Quantities::of(&Moment {
+                state: &self.state,
+                account: &self.account,
+                report: &report,
+                energies,
+                omega_v: self.omega_v,
+                time_s: f64::from(self.periods) * task.control_period_s,
+                ground_m,
+                command,
+                previous,
+                energy,
+                centre: body.centre_of_mass(&self.state),
+            });
+            own_ending = rule.extra.ending(&quantities);
+            match reward.extra.values(&quantities) {
+                Some(values) => terms.extra = values,
+                None => own_ending = Some(EndReason::Undefined),
+            }
+            if own_ending == Some(EndReason::Undefined) {
+                terms = RewardTerms::default();
+            }
+        }
+        let ended = if own_ending == Some(EndReason::Undefined) {
+            own_ending
+        } else if self.state.theta.abs() > rule.pitch_limit_rad {
             Some(EndReason::Pitch)
-        } else if self.state.z - body.ground_height(self.state.x) < rule.min_hip_height_m {
+        } else if self.state.z - ground_m < rule.min_hip_height_m {
             Some(EndReason::HipHeight)
+        } else if own_ending.is_some() {
+            own_ending
         } else if self.periods >= task.max_periods() {
             Some(EndReason::TimeLimit)
         } else {

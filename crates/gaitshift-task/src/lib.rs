@@ -5,6 +5,8 @@
 mod curriculum;
 mod disturbance;
 mod environment;
+mod expression;
+mod extra;
 mod learner;
 mod observation;
 mod overrides;
@@ -18,6 +20,8 @@ pub use disturbance::{Disturbance, Disturbed, Push, TerrainParameters, TerrainSt
 pub use environment::{
     BatchState, EndReason, Environment, EnvironmentBatch, FinishedEpisode, Member, StepOutcome,
 };
+pub use expression::{Expression, QUANTITIES};
+pub use extra::{ExtraRule, ExtraRules, ExtraTerm, ExtraTerms, MOST_EXTRA};
 pub use learner::LearnerSettings;
 pub use observation::{
     ACTION_MIRROR, ACTION_SIZE, OBSERVATION_MIRROR, OBSERVATION_NAMES, OBSERVATION_SCALE,
@@ -28,5 +32,6 @@ pub use parameters::{StartParameters, TaskError, TaskParameters, TerminationPara
 pub use randomization::{BodyFactors, Randomization, SensorNoise};
 pub use reward::{LegTerm, RewardParameters, RewardTerms, StepEnergies};
 pub use vector::{
-    AutoReset, INFO_SIZE, Opening, VectorEnvironment, VectorState, VectorStep, info_names,
+    AutoReset, INFO_SIZE, INFO_WIDTH, Opening, VectorEnvironment, VectorState, VectorStep,
+    info_names,
 };

@@ -70,6 +70,15 @@ macro_rules! keyed_numbers {
 }
 pub(crate) use keyed_numbers;
 
+/// A number moved a share of the way to another: 1 gives the other to the bit.
+pub(crate) fn blend(from: f64, to: f64, share: f64) -> f64 {
+    if share < 1.0 {
+        from + share * (to - from)
+    } else {
+        to
+    }
+}
+
 /// Some of a table's keys with the values that replace the table's own, e.g. `{ omega_e = 0.06 }`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(
@@ -138,11 +147,7 @@ impl<T: Keyed> Overrides<T> {
     pub fn blend_into(&self, table: &mut T, share: f64) {
         for (key, value) in self.iter() {
             if let Some(current) = table.get_mut(key) {
-                *current = if share < 1.0 {
-                    *current + share * (value - *current)
-                } else {
-                    value
-                };
+                *current = blend(*current, value, share);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Parameters of the task: control period, endings, starts.
 
-use crate::{Keyed, RewardParameters};
+use crate::{ExtraRules, Keyed, RewardParameters};
 use gaitshift_body::BodyParameters;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -16,6 +16,9 @@ pub struct TerminationParameters {
     pub min_hip_height_m: f64,
     /// *Open.* Time limit of an episode in s: a truncation, not a termination.
     pub time_limit_s: f64,
+    /// *Not in the paper.* Rules of one's own.
+    #[serde(skip_serializing_if = "ExtraRules::is_empty")]
+    pub extra: ExtraRules,
 }
 
 impl Default for TerminationParameters {
@@ -24,6 +27,7 @@ impl Default for TerminationParameters {
             pitch_limit_rad: 1.4,
             min_hip_height_m: 0.68,
             time_limit_s: 10.0,
+            extra: ExtraRules::default(),
         }
     }
 }
@@ -206,6 +210,7 @@ impl TaskParameters {
             "task.start.speed_m_per_s",
             s.speed_m_per_s,
             "finite",
-        )
+        )?;
+        self.check_expressions(body)
     }
 }

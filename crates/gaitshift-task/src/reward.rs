@@ -1,6 +1,7 @@
 //! The reward (2)-(7) of the paper, term by term.
 
 use crate::overrides::keyed_numbers;
+use crate::{ExtraTerms, MOST_EXTRA};
 use gaitshift_body::{BodyState, LEFT, RIGHT};
 use serde::{Deserialize, Serialize};
 
@@ -67,6 +68,9 @@ keyed_numbers! {
     also {
         /// *Open.* Which reading of (6) the leg term follows.
         pub leg_term: LegTerm,
+        /// *Not in the paper.* Terms of one's own.
+        #[serde(skip_serializing_if = "ExtraTerms::is_empty")]
+        pub extra: ExtraTerms,
     }
 }
 
@@ -89,6 +93,7 @@ impl Default for RewardParameters {
             command_divisor: 0.0,
             scale: 1.0,
             leg_term: LegTerm::default(),
+            extra: ExtraTerms::default(),
         }
     }
 }
@@ -123,6 +128,8 @@ pub struct RewardTerms {
     pub work: f64,
     /// `ω_s f_sym`, (7); zero unless the learner supplies it.
     pub symmetry: f64,
+    /// Those of one's own, in their order; the rest is zero.
+    pub extra: [f64; MOST_EXTRA],
 }
 
 impl RewardTerms {
@@ -131,7 +138,7 @@ impl RewardTerms {
         "energy", "velocity", "forward", "alive", "leg", "friction", "work", "symmetry",
     ];
 
-    /// The terms in the order of [`RewardTerms::NAMES`].
+    /// The terms in the order of [`RewardTerms::NAMES`], without those of one's own.
     pub fn values(&self) -> [f64; 8] {
         [
             self.energy,
@@ -145,9 +152,9 @@ impl RewardTerms {
         ]
     }
 
-    /// Their sum: (2) of the paper.
+    /// Their sum: (2) of the paper, and the terms of one's own.
     pub fn sum(&self) -> f64 {
-        self.values().iter().sum()
+        self.values().iter().chain(&self.extra).sum()
     }
 }
 
@@ -165,7 +172,7 @@ impl RewardParameters {
         self.scale / command_scale(self.command_divisor, omega_v)
     }
 
-    /// Terms of the step that ended in `state`. The symmetry term is left at zero.
+    /// Terms of the step that ended in `state`. The symmetry term and those of one's own are left at zero.
     pub fn terms(&self, state: &BodyState, energies: &StepEnergies, omega_v: f64) -> RewardTerms {
         let divisor = command_scale(self.energy_command_divisor, omega_v);
         let omega_e = (self.omega_e / divisor).max(self.omega_e_floor.min(self.omega_e));
@@ -195,6 +202,7 @@ impl RewardParameters {
             friction: -friction.min(cap),
             work: -self.omega_w * omega_v.max(0.0) * energies.positive_work_j,
             symmetry: 0.0,
+            extra: [0.0; MOST_EXTRA],
         }
     }
 

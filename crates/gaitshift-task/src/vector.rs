@@ -4,8 +4,8 @@
 use crate::observation::OBSERVATION_SIZE;
 use crate::randomization::{Conditions, uniform};
 use crate::{
-    Disturbance, Disturbed, EndReason, Environment, Randomization, RewardTerms, TaskError,
-    TaskParameters,
+    Disturbance, Disturbed, EndReason, Environment, MOST_EXTRA, Randomization, RewardParameters,
+    RewardTerms, TaskError, TaskParameters,
 };
 use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT};
 use rand::{RngExt, SeedableRng};
@@ -15,11 +15,15 @@ use serde::{Deserialize, Serialize};
 /// Terms of the reward without the symmetry term (7), which only a learner knows.
 const TERMS: usize = RewardTerms::NAMES.len() - 1;
 
-/// Numbers in the information on a step.
+/// Numbers in the information on a step without terms of one's own; the last of them is `diverged`.
 pub const INFO_SIZE: usize = 4 + TERMS + 16;
 
-/// Names of the information on a step: those of a recording's columns, and `diverged` at the end.
-pub fn info_names() -> Vec<String> {
+/// Numbers in the information on a step: places for as many terms of one's own as there may be follow.
+pub const INFO_WIDTH: usize = INFO_SIZE + MOST_EXTRA;
+
+/// Names of the information on a step: those of a recording's columns, `diverged`, and after it the reward terms of one's
+/// own.
+pub fn info_names(reward: &RewardParameters) -> Vec<String> {
     let terms = RewardTerms::NAMES
         .iter()
         .filter(|name| **name != "symmetry");
@@ -46,6 +50,7 @@ pub fn info_names() -> Vec<String> {
         .into_iter()
         .chain(terms.map(|name| format!("reward_{name}")))
         .chain(rest.map(str::to_owned))
+        .chain(reward.extra.names().map(|name| format!("reward_{name}")))
         .collect()
 }
 
@@ -72,7 +77,7 @@ pub struct Opening {
 }
 
 /// What one step of one environment gives.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VectorStep {
     /// The observation, in SI units.
     pub observation: [f64; OBSERVATION_SIZE],
@@ -82,14 +87,29 @@ pub struct VectorStep {
     pub terminated: bool,
     /// The time limit was reached.
     pub truncated: bool,
-    /// The information, in the order of [`info_names`].
-    pub info: [f64; INFO_SIZE],
+    /// The information, in the order of [`info_names`]; what is beyond the names is 0.
+    pub info: [f64; INFO_WIDTH],
     /// The terms of the reward.
     pub terms: RewardTerms,
     /// Mean forces over the period; at an episode's begin those of its instant.
     pub report: AdvanceReport,
     /// Observation and information of the episode that ended within this step, where another has begun.
-    pub last: Option<([f64; OBSERVATION_SIZE], [f64; INFO_SIZE])>,
+    pub last: Option<([f64; OBSERVATION_SIZE], [f64; INFO_WIDTH])>,
+}
+
+impl Default for VectorStep {
+    fn default() -> Self {
+        Self {
+            observation: [0.0; OBSERVATION_SIZE],
+            reward: 0.0,
+            terminated: false,
+            truncated: false,
+            info: [0.0; INFO_WIDTH],
+            terms: RewardTerms::default(),
+            report: AdvanceReport::default(),
+            last: None,
+        }
+    }
 }
 
 /// One environment with its own random numbers.
@@ -432,7 +452,7 @@ impl Setting {
             }
             (None, None) => environment.step(body, task, reward, command),
         };
-        let diverged = outcome.ended == Some(EndReason::Diverged);
+        let diverged = outcome.ended.is_some_and(EndReason::is_failure);
         if diverged {
             // Numbers that are none must not reach a learner: the last state that had any stays.
             *environment = before;
@@ -485,7 +505,7 @@ impl Setting {
         terms: &RewardTerms,
         report: &AdvanceReport,
         diverged: bool,
-    ) -> [f64; INFO_SIZE] {
+    ) -> [f64; INFO_WIDTH] {
         let environment = &member.saved.environment;
         let s: &BodyState = &environment.state;
         let energy = member.body(&self.body).energy(s);
@@ -516,7 +536,8 @@ impl Setting {
             f64::from(u8::from(diverged)),
         ];
         let own = names.filter(|(name, _)| **name != "symmetry");
-        let mut values = place.into_iter().chain(own.map(|term| term.1)).chain(rest);
+        let fixed = place.into_iter().chain(own.map(|term| term.1)).chain(rest);
+        let mut values = fixed.chain(terms.extra);
         std::array::from_fn(|_| values.next().unwrap_or_default())
     }
 }

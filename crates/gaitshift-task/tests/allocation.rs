@@ -1,4 +1,5 @@
-//! Contract: once an environment exists, its steps, observations, resets and the curriculum's look-up allocate nothing.
+//! Contract: once an environment exists, its steps, observations, resets and the curriculum's look-up allocate nothing, with
+//! and without reward terms and rules of one's own.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -31,7 +32,28 @@ static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn stepping_and_resetting_allocate_nothing() {
-    let task = TaskParameters::default();
+    runs_without_allocating(&TaskParameters::default());
+}
+
+#[test]
+fn expressions_of_ones_own_allocate_nothing() {
+    let text = r#"
+        [[reward.extra]]
+        name = "calm"
+        weight = 0.5
+        expression = "-abs(theta_velocity_rad_per_s)^1.5 - hypot(right_command - right_previous_command, left_command)"
+        [[reward.extra]]
+        name = "speed"
+        weight = 0.1
+        expression = "x_velocity_m_per_s > 1 && omega_v > 0 ? exp(-((x_velocity_m_per_s - 1.2) / 0.3)^2) : 0"
+        [[termination.extra]]
+        name = "bounce"
+        expression = "com_z_m - ground_height_m > 2 || right_normal_force_n > 1e5"
+    "#;
+    runs_without_allocating(&toml::from_str(text).unwrap());
+}
+
+fn runs_without_allocating(task: &TaskParameters) {
     let curriculum = Curriculum::default();
     let mut settings = curriculum.at(5_000_000, &task.reward);
     settings.command.redraw_interval_s = 0.3;

@@ -112,14 +112,14 @@ fn bad_values_are_named() {
     let mut c = widening();
     c.phases[0].omega_v = [1.0, -1.0];
     let error = c
-        .validate(&BodyParameters::default())
+        .validate(&BodyParameters::default(), &RewardParameters::default())
         .unwrap_err()
         .to_string();
     assert!(error.contains("curriculum.phases[0].omega_v"), "{error}");
     c.phases[0].omega_v = [0.0, 1.0];
     c.phases[0].focus_share = Some(1.5);
     let error = c
-        .validate(&BodyParameters::default())
+        .validate(&BodyParameters::default(), &RewardParameters::default())
         .unwrap_err()
         .to_string();
     assert!(
@@ -129,13 +129,15 @@ fn bad_values_are_named() {
     c.phases[0].focus_share = None;
     c.phases[0].reward_end = Overrides::from([("scale", 0.0)]);
     let error = c
-        .validate(&BodyParameters::default())
+        .validate(&BodyParameters::default(), &RewardParameters::default())
         .unwrap_err()
         .to_string();
     assert!(error.contains("phases[0].reward_end.scale"), "{error}");
     c.phases[0].reward_end = Overrides::default();
     c.phases[0].learner = Overrides::from([("horizon", 0.0)]);
-    let error = c.validate(&BodyParameters::default()).unwrap_err();
+    let error = c
+        .validate(&BodyParameters::default(), &RewardParameters::default())
+        .unwrap_err();
     let error = error.to_string();
     assert!(error.contains("phases[0].learner.horizon"), "{error}");
     let error = toml::from_str::<Overrides<LearnerSettings>>("gamma = 0.9").unwrap_err();
@@ -145,7 +147,7 @@ fn bad_values_are_named() {
     assert!(error.message().contains("omega_e_floor"), "{error}");
     c.phases.clear();
     assert!(
-        c.validate(&BodyParameters::default())
+        c.validate(&BodyParameters::default(), &RewardParameters::default())
             .unwrap_err()
             .to_string()
             .contains("phases")

@@ -4,7 +4,8 @@
 
 use gaitshift_body::{Body, BodyParameters, BodyState};
 use gaitshift_task::{
-    CommandDraw, Curriculum, EndReason, Environment, EnvironmentBatch, TaskParameters,
+    CommandDraw, Curriculum, EndReason, Environment, EnvironmentBatch, RewardParameters,
+    TaskParameters,
 };
 
 fn body() -> Body {
@@ -179,7 +180,9 @@ fn a_ramp_of_the_command_may_be_as_long_as_a_number_can_say() {
     let mut curriculum = Curriculum::default();
     curriculum.command.redraw_interval_s = 1e-3;
     curriculum.command.redraw_ramp_s = f64::MAX;
-    curriculum.validate(&BodyParameters::default()).unwrap();
+    curriculum
+        .validate(&BodyParameters::default(), &RewardParameters::default())
+        .unwrap();
     let task = TaskParameters::default();
     let settings = curriculum.at(0, &task.reward);
     let mut batch = EnvironmentBatch::new(body(), task, 1, 1, &settings);

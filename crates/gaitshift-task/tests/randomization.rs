@@ -6,7 +6,7 @@
 use gaitshift_body::{Body, BodyParameters, EnergyAccount};
 use gaitshift_task::{
     BatchState, Curriculum, EnvironmentBatch, OBSERVATION_NAMES, OBSERVATION_SIZE, PhaseSettings,
-    Randomization, TaskParameters, observe,
+    Randomization, RewardParameters, TaskParameters, observe,
 };
 
 fn settings(table: &str) -> PhaseSettings {
@@ -220,7 +220,9 @@ fn values_out_of_range_are_named() {
     ] {
         let mut curriculum = Curriculum::default();
         curriculum.phases[1].randomization = Some(toml::from_str(table).unwrap());
-        let error = curriculum.validate(&BodyParameters::default()).unwrap_err();
+        let error = curriculum
+            .validate(&BodyParameters::default(), &RewardParameters::default())
+            .unwrap_err();
         assert_eq!(
             error.key,
             format!("curriculum.phases[1].{key}"),

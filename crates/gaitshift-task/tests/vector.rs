@@ -5,7 +5,7 @@
 use gaitshift_body::{Body, BodyParameters, LEFT};
 use gaitshift_task::{
     AutoReset, Disturbance, Disturbed, Environment, INFO_SIZE, Opening, Push, Randomization,
-    TaskParameters, VectorEnvironment, VectorStep, info_names,
+    RewardParameters, TaskParameters, VectorEnvironment, VectorStep, info_names,
 };
 
 fn body() -> Body {
@@ -29,7 +29,10 @@ fn vector(task: TaskParameters, count: usize) -> VectorEnvironment {
 }
 
 fn info(step: &VectorStep, name: &str) -> f64 {
-    step.info[info_names().iter().position(|n| n == name).unwrap()]
+    step.info[info_names(&RewardParameters::default())
+        .iter()
+        .position(|n| n == name)
+        .unwrap()]
 }
 
 #[test]
@@ -75,7 +78,7 @@ fn a_step_is_the_tasks() {
         );
         assert_eq!(info(&step, "diverged"), 0.0);
     }
-    assert_eq!(info_names().len(), INFO_SIZE);
+    assert_eq!(info_names(&RewardParameters::default()).len(), INFO_SIZE);
 }
 
 #[test]

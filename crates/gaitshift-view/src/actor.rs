@@ -106,7 +106,7 @@ impl Actor {
             .simulation
             .step(omega_v, force_n, &mut Deterministic(policy));
         self.fell = ended;
-        if ended != Some(EndReason::Diverged) {
+        if !ended.is_some_and(EndReason::is_failure) {
             self.keep_row();
         }
         true
@@ -185,7 +185,7 @@ impl Actor {
             .metadata(&self.cast.name, self.cast.seed.unwrap_or(0));
         if let Some(ended) = self.fell {
             metadata.fell = true;
-            metadata.ended_by = ended.name().to_owned();
+            metadata.ended_by = self.cast.controller.task.end_name(ended).to_owned();
         }
         let mut recording = Recording::new(metadata);
         let width = COLUMNS.len();

@@ -168,7 +168,7 @@ fn train(
     }
     let experiment = training.experiment();
     let seed = experiment.seed;
-    for warning in experiment.body.warnings() {
+    for warning in experiment.warnings() {
         output::note(&format!("warning: {warning}"));
     }
     let mut watcher = Watcher::new(Arc::clone(interrupted), arguments.steps);

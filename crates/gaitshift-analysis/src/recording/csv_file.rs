@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{COLUMNS, DETAILS, Recording, RecordingError, RecordingMetadata, RowError};
+use super::{COLUMNS, DETAILS, Recording, RecordingError, RecordingMetadata, RowError, is_extra};
 
 const MAGIC: &str = "# gaitshift-recording ";
 pub(super) const FORMAT_VERSION: &str = "1";
@@ -48,7 +48,7 @@ impl Recording {
             rows: Some(self.len()),
         })
         .map_err(|error| error.to_string())?;
-        let (names, columns): (Vec<&str>, Vec<&[f64]>) = self.named_columns().unzip();
+        let (names, columns): (Vec<&str>, Vec<&[f64]>) = self.every_column().unzip();
         let mut text = format!(
             "{MAGIC}{FORMAT_VERSION} {first_line}\n{}\n",
             names.join(",")
@@ -141,19 +141,21 @@ impl Recording {
         let header = reader.headers().map_err(|error| csv_error(path, &error))?;
         let fields = fields_of_columns(path, header)?;
         let details = fields_of_details(path, header)?;
+        let extra = fields_of_extra(path, header)?;
+        let mut own = vec![Vec::new(); extra.len()];
         // Kept apart until the end: each of them may be there or not.
         let mut detailed = vec![Vec::new(); DETAILS.len()];
         let mut row = vec![0.0; COLUMNS.len()];
         for record in reader.records() {
             let record = record.map_err(|error| csv_error(path, &error))?;
             let line = file_line(record.position());
-            let number = |field: usize, column: &'static str| {
+            let number = |field: usize, column: &str| {
                 // The csv reader has made sure that the record is as long as the header.
                 let text = record.get(field).unwrap_or_default();
                 text.parse::<f64>().map_err(|_| RecordingError::NotANumber {
                     path: path.to_owned(),
                     line,
-                    column,
+                    column: column.to_owned(),
                     text: text.to_owned(),
                 })
             };
@@ -169,15 +171,28 @@ impl Recording {
             for &(detail, field) in &details {
                 let column = DETAILS[detail];
                 let value = number(field, column)?;
-                if !value.is_finite() {
-                    return Err(bad_row(RowError::NotFinite { column, value }));
-                }
-                detailed[detail].push(value);
+                detailed[detail].push(finite(column, value).map_err(bad_row)?);
+            }
+            for ((column, field), series) in extra.iter().zip(&mut own) {
+                let value = number(*field, column)?;
+                series.push(finite(column, value).map_err(bad_row)?);
             }
         }
         self.details = detailed;
+        let names = extra.into_iter().map(|(column, _)| column);
+        self.extra = names.zip(own).collect();
         Ok(())
     }
+}
+
+fn finite(column: &str, value: f64) -> Result<f64, RowError> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(RowError::NotFinite {
+        column: column.to_owned(),
+        value,
+    })
 }
 
 /// Says what is wrong with the numbers of the metadata, if anything.
@@ -214,7 +229,7 @@ fn fields_of_columns(
             (Some(_), Some(_)) => {
                 return Err(RecordingError::DuplicateColumn {
                     path: path.to_owned(),
-                    column,
+                    column: column.to_owned(),
                 });
             }
         }
@@ -243,10 +258,28 @@ fn fields_of_details(
             (Some(_), Some(_)) => {
                 return Err(RecordingError::DuplicateColumn {
                     path: path.to_owned(),
-                    column,
+                    column: column.to_owned(),
                 });
             }
         }
+    }
+    Ok(fields)
+}
+
+/// Columns of reward terms of one's own, each with the position of its field in a line.
+fn fields_of_extra(
+    path: &Path,
+    header: &csv::StringRecord,
+) -> Result<Vec<(String, usize)>, RecordingError> {
+    let mut fields: Vec<(String, usize)> = Vec::new();
+    for (field, column) in header.iter().enumerate().filter(|(_, c)| is_extra(c)) {
+        if fields.iter().any(|(known, _)| known == column) {
+            return Err(RecordingError::DuplicateColumn {
+                path: path.to_owned(),
+                column: column.to_owned(),
+            });
+        }
+        fields.push((column.to_owned(), field));
     }
     Ok(fields)
 }

@@ -22,7 +22,7 @@ pub enum RowError {
     )]
     NotFinite {
         /// Name of the column.
-        column: &'static str,
+        column: String,
         /// The value.
         value: f64,
     },
@@ -30,7 +30,7 @@ pub enum RowError {
     #[error("`{column}` has {found} values, the recording has {expected} rows")]
     DetailLength {
         /// Name of the detail.
-        column: &'static str,
+        column: String,
         /// Values given.
         found: usize,
         /// Rows of the recording.
@@ -109,7 +109,7 @@ pub enum RecordingError {
         /// The file.
         path: PathBuf,
         /// Name of the column.
-        column: &'static str,
+        column: String,
     },
     /// A line has more or fewer fields than the header.
     #[error(
@@ -138,7 +138,7 @@ pub enum RecordingError {
         /// Line number, from 1.
         line: u64,
         /// Name of the column.
-        column: &'static str,
+        column: String,
         /// What stands there.
         text: String,
     },

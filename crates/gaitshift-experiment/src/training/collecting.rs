@@ -121,7 +121,7 @@ impl Training {
                 continue;
             };
             let held = b.commands[i];
-            let diverged = outcome.ended == Some(EndReason::Diverged);
+            let diverged = outcome.ended.is_some_and(EndReason::is_failure);
             b.valid[i] = !diverged;
             b.rewards[i] = (outcome.terms.sum() * outcome.factor) as f32;
             b.entropy_scales[i] = learner.entropy_factor(reward.scale, held) as f32;
@@ -140,10 +140,14 @@ impl Training {
             for (sum, term) in recent.terms.iter_mut().zip(outcome.terms.values()) {
                 *sum += term;
             }
+            for (sum, term) in recent.extra_terms.iter_mut().zip(outcome.terms.extra) {
+                *sum += term;
+            }
             if let Some(finished) = finished {
                 self.counters.diverged += u64::from(diverged);
                 recent.add(finished.total_reward, finished.ended.is_termination());
-                log_episode(episodes, self.counters.step, &finished)?;
+                let ended = self.experiment.task.end_name(finished.ended);
+                log_episode(episodes, self.counters.step, &finished, ended)?;
                 self.batch.reset(i, settings);
             }
         }
@@ -167,13 +171,14 @@ impl Training {
 }
 
 /// One row of `episodes.csv`.
-fn log_episode(log: &mut TextLog, step: u64, e: &FinishedEpisode) -> Result<(), TrainingError> {
+fn log_episode(
+    log: &mut TextLog,
+    step: u64,
+    e: &FinishedEpisode,
+    ended: &str,
+) -> Result<(), TrainingError> {
     log.line(&format!(
-        "{step},{},{},{},{},{}",
-        e.omega_v,
-        e.total_reward,
-        e.periods,
-        e.ended.name(),
-        e.distance_m
+        "{step},{},{},{},{ended},{}",
+        e.omega_v, e.total_reward, e.periods, e.distance_m
     ))
 }

@@ -2,7 +2,7 @@
 
 use super::Training;
 use crate::config::Experiment;
-use gaitshift_task::{PhaseSettings, RewardTerms};
+use gaitshift_task::{MOST_EXTRA, PhaseSettings, RewardTerms};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -129,6 +129,9 @@ impl Counters {
 pub struct Recent {
     pub steps: u64,
     pub terms: [f64; RewardTerms::NAMES.len()],
+    /// Those of one's own.
+    #[serde(default)]
+    pub extra_terms: [f64; MOST_EXTRA],
     pub updates: u64,
     pub critic_loss: f64,
     pub actor_loss: f64,
@@ -168,10 +171,11 @@ const METRICS: [&str; 15] = [
     "learner/alpha",
 ];
 
-/// All columns of `metrics.csv`.
-pub(super) fn metrics_names() -> Vec<String> {
+/// All columns of `metrics.csv`, the reward terms of one's own last.
+pub(super) fn metrics_names(experiment: &Experiment) -> Vec<String> {
     let terms = RewardTerms::NAMES
-        .iter()
+        .into_iter()
+        .chain(experiment.task.reward.extra.names())
         .map(|name| format!("reward/{name}"));
     METRICS
         .into_iter()
@@ -205,8 +209,9 @@ impl Training {
             recent.rehearsal_loss / updates,
             self.agent.alpha(),
         ];
-        let terms = recent.terms.iter().map(|sum| sum / steps);
-        let row = metrics_names()
+        let terms = recent.terms.iter().chain(&recent.extra_terms);
+        let terms = terms.map(|sum| sum / steps);
+        let row = metrics_names(&self.experiment)
             .into_iter()
             .zip(values.into_iter().chain(terms))
             .collect();

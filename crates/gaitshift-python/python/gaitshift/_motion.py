@@ -21,7 +21,7 @@ class Recording(Mapping[str, NDArray[np.float64]]):
 
     ``recording["x_m"]`` is a column as an array of shape ``(rows,)``; ``gaitshift.COLUMNS`` lists the names that
     every recording has, units in the name, ``gaitshift.DETAILS`` those that it may have beside them, as ours do;
-    docs/formats.md says what each holds.
+    ``reward_NAME`` are reward terms of one's own. docs/formats.md says what each holds.
     """
 
     def __init__(self, metadata: Mapping[str, Any], columns: Mapping[str, ArrayLike]) -> None:
@@ -30,8 +30,8 @@ class Recording(Mapping[str, NDArray[np.float64]]):
         Args:
             metadata: ``control_period_s``, ``total_mass_kg``, ``gravity_m_per_s2``, ``leg_length_m``, ``body`` (a dict),
                 ``controller`` (its name), ``seed``, ``fell``, ``ended_by``.
-            columns: every name of ``gaitshift.COLUMNS``, and any of ``gaitshift.DETAILS``, with its values, all of the same
-                length, finite, times increasing.
+            columns: every name of ``gaitshift.COLUMNS``, any of ``gaitshift.DETAILS`` and any ``reward_NAME``, with its
+                values, all of the same length, finite, times increasing.
 
         Raises:
             ValueError: what is missing, unknown, not finite or of another length.

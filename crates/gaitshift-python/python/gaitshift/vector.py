@@ -171,11 +171,11 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
     def close_extras(self, **kwargs: Any) -> None:
         """Nothing is held that would have to be given back."""
 
-    @staticmethod
-    def _info(values: NDArray[np.float64], mask: NDArray[np.bool_]) -> dict[str, Any]:
-        info: dict[str, Any] = dict(zip(_native.INFO_NAMES, values))
+    def _info(self, values: NDArray[np.float64], mask: NDArray[np.bool_]) -> dict[str, Any]:
+        names = self._batch.info_names
+        info: dict[str, Any] = dict(zip(names, values))
         info["diverged"] = values[_DIVERGED] != 0.0
-        info.update({"_" + name: mask for name in _native.INFO_NAMES})
+        info.update({"_" + name: mask for name in names})
         return info
 
     def _checked_mask(self, mask: Any) -> NDArray[np.bool_]:

@@ -1,0 +1,268 @@
+//! Reward terms and endings of one's own. *Not in the paper.*
+
+use crate::expression::{Moment, Quantities};
+use crate::parameters::require;
+use crate::{EndReason, Environment, Expression, RewardTerms, TaskError, TaskParameters};
+use gaitshift_body::{AdvanceReport, Body, BodyParameters, LEFT, RIGHT};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Most reward terms of one's own, and likewise most rules.
+pub const MOST_EXTRA: usize = 8;
+
+/// A reward term of one's own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExtraTerm {
+    /// Its name: in logs and recordings it is `reward/NAME` and `reward_NAME`.
+    pub name: String,
+    /// Factor of the expression.
+    pub weight: f64,
+    /// Its value in every control period.
+    pub expression: Expression,
+}
+
+/// A rule of one's own that ends episodes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExtraRule {
+    /// Its name, which logs and recordings give as the reason of the end.
+    pub name: String,
+    /// The episode ends as a fall where this is not 0.
+    pub expression: Expression,
+}
+
+/// Reward terms of one's own, at most [`MOST_EXTRA`], whose weights phases may replace.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<ExtraTerm>", into = "Vec<ExtraTerm>")]
+pub struct ExtraTerms {
+    terms: Arc<[ExtraTerm]>,
+    /// The weights in force.
+    weights: [f64; MOST_EXTRA],
+}
+
+/// Rules of one's own, at most [`MOST_EXTRA`].
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(try_from = "Vec<ExtraRule>", into = "Vec<ExtraRule>")]
+pub struct ExtraRules(Arc<[ExtraRule]>);
+
+impl Default for ExtraTerms {
+    fn default() -> Self {
+        Self {
+            terms: Arc::default(),
+            weights: [0.0; MOST_EXTRA],
+        }
+    }
+}
+
+impl From<ExtraTerms> for Vec<ExtraTerm> {
+    fn from(extra: ExtraTerms) -> Self {
+        let terms = extra.terms.iter().zip(extra.weights);
+        terms
+            .map(|(term, weight)| ExtraTerm {
+                weight,
+                ..term.clone()
+            })
+            .collect()
+    }
+}
+
+impl From<ExtraRules> for Vec<ExtraRule> {
+    fn from(extra: ExtraRules) -> Self {
+        extra.0.to_vec()
+    }
+}
+
+impl TryFrom<Vec<ExtraTerm>> for ExtraTerms {
+    type Error = String;
+
+    fn try_from(terms: Vec<ExtraTerm>) -> Result<Self, String> {
+        check_names(
+            "reward term",
+            terms.iter().map(|term| term.name.as_str()),
+            &RewardTerms::NAMES,
+        )?;
+        let mut weights = [0.0; MOST_EXTRA];
+        for (weight, term) in weights.iter_mut().zip(&terms) {
+            if !term.weight.is_finite() {
+                return Err(format!(
+                    "the weight of the reward term `{}` is {}, but it must be finite",
+                    term.name, term.weight
+                ));
+            }
+            *weight = term.weight;
+        }
+        let terms = terms.into();
+        Ok(Self { terms, weights })
+    }
+}
+
+impl TryFrom<Vec<ExtraRule>> for ExtraRules {
+    type Error = String;
+
+    fn try_from(rules: Vec<ExtraRule>) -> Result<Self, String> {
+        let names = rules.iter().map(|rule| rule.name.as_str());
+        check_names("rule", names, &EndReason::NAMES)?;
+        Ok(Self(rules.into()))
+    }
+}
+
+/// Names must do for columns of a file, and be of their own.
+fn check_names<'a>(
+    what: &str,
+    names: impl Iterator<Item = &'a str>,
+    taken: &[&str],
+) -> Result<(), String> {
+    let mut known: Vec<&str> = Vec::new();
+    for name in names {
+        let lower = |c: char| c.is_ascii_lowercase();
+        let fits = name.starts_with(lower)
+            && name.len() <= 40
+            && name
+                .chars()
+                .all(|c| lower(c) || c.is_ascii_digit() || c == '_');
+        if !fits {
+            return Err(format!(
+                "the {what} of one's own is named `{name}`, but a name has up to 40 small letters, digits and `_`, and a \
+                 letter first"
+            ));
+        }
+        if taken.contains(&name) {
+            return Err(format!(
+                "the {what} `{name}` has a name that is taken; the names {} are",
+                taken.join(", ")
+            ));
+        }
+        if known.contains(&name) {
+            return Err(format!("two of the {what}s are named `{name}`"));
+        }
+        known.push(name);
+    }
+    if known.len() > MOST_EXTRA {
+        return Err(format!(
+            "there are {} {what}s of one's own, but {MOST_EXTRA} at most; sum some up in one expression",
+            known.len()
+        ));
+    }
+    Ok(())
+}
+
+impl ExtraTerms {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// The terms, with the weights they were given.
+    pub fn terms(&self) -> &[ExtraTerm] {
+        &self.terms
+    }
+
+    /// Their names in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.terms.iter().map(|term| term.name.as_str())
+    }
+
+    /// The weight in force of the term of that name.
+    pub fn weight_mut(&mut self, name: &str) -> Option<&mut f64> {
+        let place = self.names().position(|known| known == name)?;
+        self.weights.get_mut(place)
+    }
+
+    /// The weighted terms, the rest 0; nothing where one has no finite value.
+    pub(crate) fn values(&self, quantities: &Quantities) -> Option<[f64; MOST_EXTRA]> {
+        let mut values = [0.0; MOST_EXTRA];
+        for ((value, term), weight) in values.iter_mut().zip(&*self.terms).zip(self.weights) {
+            *value = weight * term.expression.evaluate(quantities).ok()?;
+            if !value.is_finite() {
+                return None;
+            }
+        }
+        Some(values)
+    }
+}
+
+impl ExtraRules {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The rules.
+    pub fn rules(&self) -> &[ExtraRule] {
+        &self.0
+    }
+
+    /// The first rule by which the episode is over, if any; [`EndReason::Undefined`] where one has no finite value.
+    pub(crate) fn ending(&self, quantities: &Quantities) -> Option<EndReason> {
+        self.0
+            .iter()
+            .enumerate()
+            .find_map(|(k, rule)| match rule.expression.evaluate(quantities) {
+                Ok(0.0) => None,
+                Ok(_) => Some(EndReason::Rule(k as u8)),
+                Err(_) => Some(EndReason::Undefined),
+            })
+    }
+}
+
+impl TaskParameters {
+    /// Every expression with the path of its table.
+    fn expressions(&self) -> impl Iterator<Item = (String, &Expression)> {
+        let terms = self.reward.extra.terms().iter().map(|t| &t.expression);
+        let rules = self.termination.extra.rules().iter().map(|r| &r.expression);
+        let name = |table: &'static str| move |(k, e)| (format!("task.{table}.extra[{k}]"), e);
+        let terms = terms.enumerate().map(name("reward"));
+        terms.chain(rules.enumerate().map(name("termination")))
+    }
+
+    /// Evaluates every expression at the default start under the command 0: one without a finite value there is a mistake
+    /// that a run should not begin with.
+    pub(crate) fn check_expressions(&self, body: &BodyParameters) -> Result<(), TaskError> {
+        if self.reward.extra.is_empty() && self.termination.extra.is_empty() {
+            return Ok(());
+        }
+        // A body that cannot be is told elsewhere.
+        let Ok(body) = Body::new(body.clone()) else {
+            return Ok(());
+        };
+        let start = Environment::default_start(&body, self);
+        let contact = [RIGHT, LEFT].map(|leg| body.foot_contact(&start, leg));
+        let report = AdvanceReport {
+            normal_n: contact.map(|c| c.normal_n),
+            tangential_n: contact.map(|c| c.tangential_n),
+            ..AdvanceReport::default()
+        };
+        let quantities = Quantities::of(&Moment::at_start(&body, &start, &report));
+        for (key, expression) in self.expressions() {
+            if let Err(reason) = expression.evaluate(&quantities) {
+                require(
+                    false,
+                    &format!("{key}.expression"),
+                    format_args!("\"{}\" ({reason})", expression.text()),
+                    "finite at the default start under the command 0",
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Tables of the expressions that differ between a state and its mirror image, with their texts.
+    pub fn asymmetric_expressions(&self) -> Vec<(String, String)> {
+        self.expressions()
+            .filter(|(_, expression)| !expression.is_symmetric())
+            .map(|(key, expression)| (key, expression.text().to_owned()))
+            .collect()
+    }
+
+    /// Why an episode ended, in the words of logs and recordings.
+    pub fn end_name(&self, ended: EndReason) -> &str {
+        match ended {
+            EndReason::Rule(k) => match self.termination.extra.rules().get(usize::from(k)) {
+                Some(rule) => &rule.name,
+                None => ended.name(),
+            },
+            _ => ended.name(),
+        }
+    }
+}
