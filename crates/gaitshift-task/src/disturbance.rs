@@ -15,7 +15,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
 /// Places beyond this, in m, no motion reaches.
-const FARTHEST_M: f64 = 1e4;
+pub(crate) const FARTHEST_M: f64 = 1e4;
 /// Most pieces of uneven ground.
 const MOST_PIECES: f64 = 1e5;
 
@@ -206,7 +206,7 @@ impl TerrainParameters {
         Terrain::through(&points, before, slope)
     }
 
-    fn validate(&self, key: &str) -> Result<(), TaskError> {
+    pub(crate) fn validate(&self, key: &str) -> Result<(), TaskError> {
         let key = |name: &str| format!("{key}.{name}");
         let near = |x: f64| x.abs() <= FARTHEST_M;
         require(

@@ -217,7 +217,7 @@ impl Environment {
         self.account = EnergyAccount::default();
     }
 
-    /// [`Environment::step`] with the delay of what an episode has drawn; the sensors' error is drawn anew.
+    /// [`Environment::step`] with weakness, delay and pushes of what an episode has drawn; the sensors' error is drawn anew.
     pub(crate) fn step_under(
         &mut self,
         conditions: &mut Conditions,
@@ -228,12 +228,15 @@ impl Environment {
         command: [f64; 2],
     ) -> StepOutcome {
         let steps = task.steps_per_period(body.parameters());
-        let (part, early, late) = conditions.delay(command, steps);
+        let (late_from, early, late) = conditions.delay(conditions.weaken(command), steps);
+        let push = conditions.push(steps, body.parameters().time_step_s, rng);
         conditions.sense(rng);
-        let parts = [(early, part), (late, steps - part)].map(|(command, steps)| Part {
-            command,
-            push_n: None,
-            steps,
+        let pushed = push.map_or(0, |(_, steps)| steps);
+        let cuts = [0, late_from.min(pushed), late_from.max(pushed), steps];
+        let parts: [Part; 3] = std::array::from_fn(|k| Part {
+            command: if cuts[k] < late_from { early } else { late },
+            push_n: push.filter(|_| cuts[k] < pushed).map(|push| push.0),
+            steps: cuts[k + 1] - cuts[k],
         });
         self.step_in_parts(body, task, reward, command, &parts)
     }
@@ -291,7 +294,9 @@ impl Environment {
         }
         let energy = body.energy(&self.state);
         let energy_j = energy.total();
-        let change = energy_j - self.energy_j;
+        // What a push does is none of the controller's doing.
+        let pushed_j = self.account.external_work - before.external_work;
+        let change = energy_j - self.energy_j - pushed_j;
         self.energy_j = energy_j;
         let energies = StepEnergies {
             change_j: change,
@@ -532,11 +537,14 @@ impl EnvironmentBatch {
         // A body of its own must be one that this task can be simulated on.
         let possible = |episode: &Episode| {
             let own = episode.conditions.as_ref();
-            own.is_none_or(|c| self.task.validate(&c.body).is_ok())
+            own.is_none_or(|c| self.task.validate(&c.body).is_ok() && c.has_possible_ground())
         };
         let fits = state.environments.len() == self.len()
             && state.episodes.len() == self.len()
             && state.episodes.iter().all(possible);
+        if !fits {
+            return false;
+        }
         let saved = state.environments.into_iter().zip(state.episodes);
         let members: Result<Vec<_>, _> = saved
             .map(|(environment, episode)| {
@@ -548,11 +556,11 @@ impl EnvironmentBatch {
             })
             .collect();
         match members {
-            Ok(members) if fits => {
+            Ok(members) => {
                 self.members = members;
                 true
             }
-            _ => false,
+            Err(_) => false,
         }
     }
 
@@ -602,8 +610,7 @@ impl EnvironmentBatch {
 impl Episode {
     /// The body that it drew.
     fn body(&self) -> Result<Option<Body>, ParameterError> {
-        let parameters = self.conditions.as_ref().map(|c| c.body.clone());
-        parameters.map(Body::new).transpose()
+        self.conditions.as_ref().map(Conditions::place).transpose()
     }
 }
 

@@ -29,7 +29,9 @@ pub use observation::{
 };
 pub use overrides::{Keyed, Overrides};
 pub use parameters::{StartParameters, TaskError, TaskParameters, TerminationParameters};
-pub use randomization::{BodyFactors, Randomization, SensorNoise};
+pub use randomization::{
+    BodyFactors, PushRanges, Randomization, SensorNoise, StepRanges, TerrainRanges, UnevenRanges,
+};
 pub use reward::{LegTerm, RewardParameters, RewardTerms, StepEnergies};
 pub use vector::{
     AutoReset, INFO_SIZE, INFO_WIDTH, Opening, VectorEnvironment, VectorState, VectorStep,

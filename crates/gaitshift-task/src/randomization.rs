@@ -1,10 +1,11 @@
-//! What else may differ from one training episode to the next: the body, the delay of its actuators, the
-//! noise of its sensors. *Not in the paper.*
+//! What else may differ from one training episode to the next: the body, the ground, pushes, the strength and the delay
+//! of its actuators, the noise of its sensors. *Not in the paper.*
 
 use crate::TaskError;
+use crate::disturbance::{FARTHEST_M, TerrainParameters, TerrainStep, UnevenGround};
 use crate::observation::OBSERVATION_SIZE;
 use crate::parameters::require;
-use gaitshift_body::BodyParameters;
+use gaitshift_body::{Body, BodyParameters, ParameterError};
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
@@ -15,7 +16,8 @@ pub(crate) const LONGEST_LATENCY_S: f64 = 1.0;
 
 /// What differs from episode to episode. As it stands by default it changes nothing.
 ///
-/// Both legs are drawn alike, so that mirrored transitions remain true ones.
+/// Both legs have the same body, so that mirrored transitions remain true ones. The strengths of their actuators are drawn
+/// from one range, each by itself: the mirror image of an episode is as likely as the episode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Randomization {
@@ -28,6 +30,249 @@ pub struct Randomization {
     pub body: BodyFactors,
     /// Noise of the observations.
     pub noise: SensorNoise,
+    /// Range of the share of its force that an actuator still has, drawn for each leg by itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub actuator_factor: Option<[f64; 2]>,
+    /// Pushes on the hip axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pushes: Option<PushRanges>,
+    /// The ground.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub terrain: Option<TerrainRanges>,
+}
+
+/// Pushes that come at random, as those of a [`Disturbance`](crate::Disturbance) come at given times.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PushRanges {
+    /// Mean time from one to the next, in s: each control period without one begins one with the same chance.
+    pub interval_s: f64,
+    /// Range of the forward force, in N.
+    pub forward_n: [f64; 2],
+    /// Range of the upward force, in N.
+    pub up_n: [f64; 2],
+    /// Range of their duration, in s, rounded to whole integration steps.
+    pub duration_s: [f64; 2],
+}
+
+impl Default for PushRanges {
+    fn default() -> Self {
+        Self {
+            interval_s: 3.0,
+            forward_n: [0.0; 2],
+            up_n: [0.0; 2],
+            duration_s: [0.1; 2],
+        }
+    }
+}
+
+/// Ground that each episode draws, as [`TerrainParameters`] give it. It is flat where episodes begin.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TerrainRanges {
+    /// Range of the inclination, in rad; positive rises forward.
+    pub slope_rad: [f64; 2],
+    /// Range of where it begins, in m.
+    pub slope_from_m: [f64; 2],
+    /// Steps, one after the other.
+    pub steps: StepRanges,
+    /// Heights drawn at random.
+    pub uneven: UnevenRanges,
+}
+
+impl Default for TerrainRanges {
+    fn default() -> Self {
+        Self {
+            slope_rad: [0.0; 2],
+            slope_from_m: [1.0; 2],
+            steps: StepRanges::default(),
+            uneven: UnevenRanges::default(),
+        }
+    }
+}
+
+/// Steps with vertical faces, each drawn by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StepRanges {
+    /// Range of their heights, in m; negative leads down.
+    pub height_m: [f64; 2],
+    /// Range of the distance from one to the next, in m.
+    pub spacing_m: [f64; 2],
+    /// Where they begin, in m: the first comes one distance later.
+    pub from_m: f64,
+    /// How far they reach, in m.
+    pub length_m: f64,
+}
+
+impl Default for StepRanges {
+    fn default() -> Self {
+        Self {
+            height_m: [0.0; 2],
+            spacing_m: [1.0, 3.0],
+            from_m: 0.5,
+            length_m: 40.0,
+        }
+    }
+}
+
+/// As [`UnevenGround`], its height and its seed drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct UnevenRanges {
+    /// Range of the height, in m.
+    pub height_m: [f64; 2],
+    /// Distance between two heights, in m.
+    pub spacing_m: f64,
+    /// Where the unevenness begins, in m.
+    pub from_m: f64,
+    /// How far it reaches, in m.
+    pub length_m: f64,
+}
+
+impl Default for UnevenRanges {
+    fn default() -> Self {
+        Self {
+            height_m: [0.0; 2],
+            spacing_m: 0.25,
+            from_m: 1.0,
+            length_m: 40.0,
+        }
+    }
+}
+
+/// Where the ground may cease to be flat, in m: the feet of every start stand before it.
+const FLAT_TO_M: f64 = 0.5;
+
+impl TerrainRanges {
+    fn draw(&self, rng: &mut impl Rng) -> TerrainParameters {
+        let mut terrain = TerrainParameters::default();
+        if self.slope_rad != [0.0; 2] {
+            terrain.slope_rad = uniform(self.slope_rad, rng);
+            terrain.slope_from_m = Some(uniform(self.slope_from_m, rng));
+        }
+        let s = &self.steps;
+        if s.height_m != [0.0; 2] {
+            let mut at_m = s.from_m + uniform(s.spacing_m, rng);
+            while at_m < s.from_m + s.length_m {
+                let height_m = uniform(s.height_m, rng);
+                terrain.steps.push(TerrainStep { height_m, at_m });
+                at_m += uniform(s.spacing_m, rng);
+            }
+        }
+        let u = &self.uneven;
+        if u.height_m != [0.0; 2] {
+            terrain.uneven = UnevenGround {
+                height_m: uniform(u.height_m, rng),
+                spacing_m: u.spacing_m,
+                from_m: u.from_m,
+                length_m: u.length_m,
+                // A seed that TOML and JSON hold exactly.
+                seed: rng.random::<u64>() >> 11,
+            };
+        }
+        terrain
+    }
+
+    fn validate(&self, key: &str) -> Result<(), TaskError> {
+        let key = |name: &str| format!("{key}.{name}");
+        let (s, u) = (&self.steps, &self.uneven);
+        for (name, range, low, high, accepted) in [
+            (
+                "slope_rad",
+                self.slope_rad,
+                -0.8,
+                0.8,
+                "[low, high] between -0.8 and 0.8",
+            ),
+            (
+                "slope_from_m",
+                self.slope_from_m,
+                FLAT_TO_M,
+                FARTHEST_M,
+                "[low, high] between 0.5 and 10000: episodes begin on flat ground",
+            ),
+            (
+                "steps.height_m",
+                s.height_m,
+                -1.0,
+                1.0,
+                "[low, high] between -1 and 1",
+            ),
+            (
+                "steps.spacing_m",
+                s.spacing_m,
+                0.05,
+                FARTHEST_M,
+                "[low, high] between 0.05 and 10000",
+            ),
+            (
+                "uneven.height_m",
+                u.height_m,
+                0.0,
+                1.0,
+                "[low, high] between 0 and 1",
+            ),
+        ] {
+            require_within(&key(name), range, [low, high], accepted)?;
+        }
+        for (name, from_m) in [("steps.from_m", s.from_m), ("uneven.from_m", u.from_m)] {
+            require(
+                (FLAT_TO_M..=FARTHEST_M).contains(&from_m),
+                &key(name),
+                from_m,
+                "between 0.5 and 10000: episodes begin on flat ground",
+            )?;
+        }
+        require(
+            (0.0..=1000.0).contains(&s.length_m),
+            &key("steps.length_m"),
+            s.length_m,
+            "between 0 and 1000",
+        )?;
+        require(
+            (0.01..=FARTHEST_M).contains(&u.spacing_m),
+            &key("uneven.spacing_m"),
+            u.spacing_m,
+            "between 0.01 and 10000",
+        )?;
+        require(
+            (0.0..=1000.0).contains(&u.length_m),
+            &key("uneven.length_m"),
+            u.length_m,
+            "between 0 and 1000",
+        )
+    }
+}
+
+impl PushRanges {
+    fn validate(&self, key: &str) -> Result<(), TaskError> {
+        let key = |name: &str| format!("{key}.{name}");
+        require(
+            (0.01..=1e6).contains(&self.interval_s),
+            &key("interval_s"),
+            self.interval_s,
+            "between 0.01 and 1e6",
+        )?;
+        for (name, range) in [("forward_n", self.forward_n), ("up_n", self.up_n)] {
+            let accepted = "[low, high] between -1e6 and 1e6";
+            require_within(&key(name), range, [-1e6, 1e6], accepted)?;
+        }
+        let accepted = "[low, high] between 0 and 100";
+        require_within(&key("duration_s"), self.duration_s, [0.0, 100.0], accepted)
+    }
+}
+
+/// Checks a range: ordered, and between two bounds.
+fn require_within(
+    key: &str,
+    range: [f64; 2],
+    bounds: [f64; 2],
+    accepted: &'static str,
+) -> Result<(), TaskError> {
+    let [low, high] = range;
+    let ok = bounds[0] <= low && low <= high && high <= bounds[1];
+    require(ok, key, range, accepted)
 }
 
 impl Default for Randomization {
@@ -37,6 +282,9 @@ impl Default for Randomization {
             latency_s: [0.0, 0.0],
             body: BodyFactors::default(),
             noise: SensorNoise::default(),
+            actuator_factor: None,
+            pushes: None,
+            terrain: None,
         }
     }
 }
@@ -203,7 +451,15 @@ impl Randomization {
         let body = self.body.draw(base, rng);
         let latency_s = uniform(self.latency_s, rng);
         let latency_steps = (latency_s / body.time_step_s).round() as u32;
-        Some(Conditions::new(body, latency_steps, self.noise, rng))
+        let mut conditions = Conditions::new(body, latency_steps, self.noise, rng);
+        // Drawn last, and only where asked for: everything else is drawn as without.
+        if let Some(range) = self.actuator_factor {
+            conditions.actuator_factor = std::array::from_fn(|_| uniform(range, rng));
+        }
+        let terrain = self.terrain.map(|ranges| ranges.draw(rng));
+        conditions.terrain = terrain.filter(|terrain| !terrain.is_flat());
+        conditions.pushes = self.pushes;
+        Some(conditions)
     }
 
     /// Checks every field; `key` is the path of this table and `base` the body that factors apply to.
@@ -241,7 +497,18 @@ impl Randomization {
                 });
             }
         }
-        self.noise.validate(&key("noise"))
+        self.noise.validate(&key("noise"))?;
+        if let Some(range) = self.actuator_factor {
+            let accepted = "[low, high] between 0 (no force) and 1";
+            require_within(&key("actuator_factor"), range, [0.0, 1.0], accepted)?;
+        }
+        if let Some(pushes) = &self.pushes {
+            pushes.validate(&key("pushes"))?;
+        }
+        match &self.terrain {
+            Some(terrain) => terrain.validate(&key("terrain")),
+            None => Ok(()),
+        }
     }
 }
 
@@ -256,6 +523,26 @@ pub(crate) struct Conditions {
     noise: SensorNoise,
     /// What the sensors add to the observation now.
     error: [f64; OBSERVATION_SIZE],
+    /// Share of its force that the right and the left actuator still have.
+    #[serde(default = "full_force", skip_serializing_if = "is_full_force")]
+    actuator_factor: [f64; 2],
+    /// The ground, where it is not flat.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    terrain: Option<TerrainParameters>,
+    /// What pushes are drawn from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pushes: Option<PushRanges>,
+    /// The push under way: its force, forward and up in N, and the integration steps that are left of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    push: Option<([f64; 2], u32)>,
+}
+
+fn full_force() -> [f64; 2] {
+    [1.0; 2]
+}
+
+fn is_full_force(factor: &[f64; 2]) -> bool {
+    *factor == full_force()
 }
 
 impl Conditions {
@@ -272,9 +559,53 @@ impl Conditions {
             pending: VecDeque::new(),
             noise,
             error: [0.0; OBSERVATION_SIZE],
+            actuator_factor: full_force(),
+            terrain: None,
+            pushes: None,
+            push: None,
         };
         conditions.sense(rng);
         conditions
+    }
+
+    /// Whether its ground is one that can be drawn; a damaged file may hold any.
+    pub fn has_possible_ground(&self) -> bool {
+        let terrain = self.terrain.as_ref();
+        terrain.is_none_or(|terrain| terrain.validate("terrain").is_ok())
+    }
+
+    /// The body that was drawn, on its ground.
+    pub fn place(&self) -> Result<Body, ParameterError> {
+        let body = Body::new(self.body.clone())?;
+        let terrain = self.terrain.as_ref().and_then(TerrainParameters::terrain);
+        Ok(match terrain {
+            Some(terrain) => body.on(terrain),
+            None => body,
+        })
+    }
+
+    /// What of a command is left with the actuators as strong as they are.
+    pub fn weaken(&self, command: [f64; 2]) -> [f64; 2] {
+        if is_full_force(&self.actuator_factor) {
+            return command;
+        }
+        std::array::from_fn(|i| self.actuator_factor[i] * command[i].clamp(-1.0, 1.0))
+    }
+
+    /// Takes the pushes on by a control period of `steps` integration steps of `step_s`. Returns the force of the one under
+    /// way, or of one that begins now, and for how many of these steps it acts.
+    pub fn push(&mut self, steps: u32, step_s: f64, rng: &mut impl Rng) -> Option<([f64; 2], u32)> {
+        let ranges = self.pushes.as_ref()?;
+        let period_s = f64::from(steps) * step_s;
+        if self.push.is_none() && rng.random::<f64>() < period_s / ranges.interval_s {
+            let force_n = [uniform(ranges.forward_n, rng), uniform(ranges.up_n, rng)];
+            let lasts = (uniform(ranges.duration_s, rng) / step_s).round() as u32;
+            self.push = Some((force_n, lasts));
+        }
+        let (force_n, left) = self.push?;
+        let now = left.min(steps);
+        self.push = (left > now).then(|| (force_n, left - now));
+        Some((force_n, now))
     }
 
     /// An observation with the sensors' error.

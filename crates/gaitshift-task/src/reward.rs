@@ -101,7 +101,7 @@ impl Default for RewardParameters {
 /// The energies of one step that the reward prices, in J.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StepEnergies {
-    /// Change of the body's total energy.
+    /// Change of the body's total energy, without the work of external forces on it.
     pub change_j: f64,
     /// Lost to friction under the feet.
     pub friction_loss_j: f64,

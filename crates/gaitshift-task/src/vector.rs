@@ -153,7 +153,10 @@ impl Saved {
     /// The body that it drew. One that was checked can be.
     fn body(&self) -> Option<Body> {
         let conditions = self.conditions.as_ref()?;
-        Body::new(conditions.body.clone()).ok()
+        if !conditions.has_possible_ground() {
+            return None;
+        }
+        conditions.place().ok()
     }
 
     fn observation(&self) -> [f64; OBSERVATION_SIZE] {

@@ -1,7 +1,8 @@
 //! Contract: a phase that randomizes draws bodies within its ranges, delays commands by exactly the drawn time and
 //! adds noise of the given size to what the controller sees, the same to the end of one step as to the beginning
-//! of the next; a share of the episodes stays as it is; a checkpoint holds what was drawn; values out of range
-//! are named.
+//! of the next; a share of the episodes stays as it is; it pushes the hip as often, as hard and as long as asked for, weakens
+//! each actuator, and puts the body on ground that is flat where episodes begin; a checkpoint holds what was drawn; values
+//! out of range are named.
 
 use gaitshift_body::{Body, BodyParameters, EnergyAccount};
 use gaitshift_task::{
@@ -239,4 +240,203 @@ fn values_out_of_range_are_named() {
             .to_string();
         assert!(error.contains(name), "{error}");
     }
+}
+
+const HINDERED: &str = "actuator_factor = [0.6, 0.9]\n\
+    pushes = { interval_s = 0.2, forward_n = [-60, 60], up_n = [5, 10], duration_s = [0.025, 0.05] }\n\
+    terrain = { slope_rad = [-0.05, 0.05], slope_from_m = [1, 2], steps = { height_m = [-0.02, 0.02] }, \
+    uneven = { height_m = [0.001, 0.01] } }";
+
+#[test]
+fn the_ground_is_drawn_for_every_episode_and_flat_where_it_begins() {
+    let settings = settings(HINDERED);
+    let batch = batch(60, &settings);
+    let heights: Vec<f64> = (0..batch.len())
+        .map(|i| {
+            let body = batch.body_of(i);
+            for x in [-5.0, -0.4, 0.0, 0.4] {
+                assert_eq!(body.ground_height(x), 0.0);
+            }
+            // The feet of a start stand on it, above nothing else.
+            let state = &batch.environment(i).state;
+            assert!(state.z > 0.8 && state.z < 1.1, "{}", state.z);
+            body.ground_height(20.0)
+        })
+        .collect();
+    let most = heights.iter().fold(0.0_f64, |most, z| most.max(z.abs()));
+    // 19 m at 0.05 rad, and what steps and unevenness add.
+    assert!(most > 0.4 && most < 1.4, "{most}");
+    let mut sorted = heights.clone();
+    sorted.sort_by(f64::total_cmp);
+    sorted.dedup();
+    assert_eq!(sorted.len(), heights.len());
+    assert!(sorted[0] < 0.0 && sorted[sorted.len() - 1] > 0.0);
+}
+
+#[test]
+fn pushes_come_as_often_as_hard_and_as_long_as_asked_for() {
+    // In weightless flight the momentum tells every push: nothing else moves the centre of mass.
+    let settings = settings(
+        "pushes = { interval_s = 0.25, up_n = [40, 40], duration_s = [0.035, 0.035] }\n\
+         body = { gravity_m_per_s2 = [0, 0] }",
+    );
+    let mut task = TaskParameters::default();
+    task.termination.time_limit_s = 1e6;
+    task.termination.pitch_limit_rad = 1e6;
+    let body = Body::new(BodyParameters::default()).unwrap();
+    let mass = body.parameters().total_mass_kg();
+    let mut batch = EnvironmentBatch::new(body, task, 20, 3, &settings);
+    let (mut pushes, mut periods) = (0.0, 0.0);
+    for i in 0..batch.len() {
+        let momentum = |batch: &EnvironmentBatch| {
+            let state = &batch.environment(i).state;
+            mass * batch.body_of(i).centre_of_mass(state).z_dot
+        };
+        // The first pushes lift it off the ground.
+        for _ in 0..300 {
+            batch.step(i, [0.0; 2], 0.0, &settings);
+        }
+        let feet_off = |batch: &EnvironmentBatch| batch.environment(i).state.z > 1.2;
+        if !feet_off(&batch) {
+            continue;
+        }
+        let before = momentum(&batch);
+        for _ in 0..500 {
+            batch.step(i, [0.0; 2], 0.0, &settings);
+        }
+        pushes += (momentum(&batch) - before) / (40.0 * 0.035);
+        periods += 500.0;
+    }
+    assert!(periods >= 1000.0, "{periods}");
+    // A push lasts 4 control periods, in which none begins, and comes after 25 of them on average.
+    let expected = periods / (25.0 + 4.0 - 1.0);
+    let deviation = f64::sqrt(expected);
+    assert!(
+        (pushes - expected).abs() < 4.0 * deviation,
+        "{pushes} {expected}"
+    );
+}
+
+#[test]
+fn the_work_of_a_push_is_no_part_of_the_reward() {
+    let settings =
+        settings("pushes = { interval_s = 0.01, forward_n = [500, 500], duration_s = [1, 1] }");
+    let mut batch = batch(1, &settings);
+    let mut plain = self::batch(1, &self::settings("share = 1"));
+    let terms = |batch: &mut EnvironmentBatch| batch.step(0, [0.0; 2], 0.0, &settings).0.terms;
+    let (pushed, free) = (terms(&mut batch), terms(&mut plain));
+    let work = batch.environment(0).account.external_work;
+    assert!(work.abs() > 1.0, "{work}");
+    // 0.2 per J: the push's work would show.
+    assert!((pushed.energy - free.energy).abs() < 0.02 * work.abs());
+}
+
+#[test]
+fn actuators_are_weakened_each_by_itself() {
+    let body = Body::new(BodyParameters::default()).unwrap();
+    let work = |factor: &str| {
+        let settings = settings(&format!("actuator_factor = {factor}"));
+        let mut batch =
+            EnvironmentBatch::new(body.clone(), TaskParameters::default(), 1, 5, &settings);
+        let report = batch.step(0, [1.0, -7.0], 0.0, &settings).0.report;
+        report.actuator_n
+    };
+    let whole = work("[1, 1]");
+    assert_eq!(whole, [600.0, -600.0]);
+    assert_eq!(work("[0.5, 0.5]"), [300.0, -300.0]);
+    let drawn = work("[0.5, 0.8]");
+    assert!(drawn[0] >= 300.0 && drawn[0] <= 480.0 && drawn[1] <= -300.0 && drawn[1] >= -480.0);
+    assert_ne!(drawn[0], -drawn[1]);
+}
+
+#[test]
+fn what_is_not_asked_for_is_drawn_as_before() {
+    let mut plain = batch(3, &settings("noise = { theta_rad = 0.01 }"));
+    let off = settings("noise = { theta_rad = 0.01 }\nterrain = {}\nactuator_factor = [1, 1]");
+    let first: Vec<_> = (0..3).map(|i| plain.observation(i, 0.0)).collect();
+    let batch = batch(3, &off);
+    let states = |batch: &EnvironmentBatch| -> Vec<_> {
+        batch.environments().map(|e| e.state.theta_dot).collect()
+    };
+    assert_eq!(states(&plain), states(&batch));
+    assert_eq!(first.len(), 3);
+    plain.reset(0, &off);
+}
+
+#[test]
+fn a_hindered_batch_goes_on_from_a_checkpoint_to_the_same_bits() {
+    let settings = settings(HINDERED);
+    let mut batch = batch(4, &settings);
+    let run = |batch: &mut EnvironmentBatch| -> Vec<f64> {
+        let mut told = Vec::new();
+        for step in 0..400 {
+            for i in 0..4 {
+                let command = [f64::from(step % 7) / 7.0 - 0.4, 0.1 * i as f64];
+                let (outcome, finished) = batch.step(i, command, 0.0, &settings);
+                told.push(outcome.terms.sum());
+                if finished.is_some() {
+                    batch.reset(i, &settings);
+                }
+            }
+        }
+        told
+    };
+    run(&mut batch);
+    let text = serde_json::to_string(&batch.state()).unwrap();
+    let first = run(&mut batch);
+    let state: BatchState = serde_json::from_str(&text).unwrap();
+    assert!(batch.restore(state));
+    assert_eq!(run(&mut batch), first);
+    // A damaged ground is not gone on with.
+    let damaged = text.replace("\"spacing_m\":0.25", "\"spacing_m\":1e-12");
+    assert_ne!(damaged, text);
+    assert!(!batch.restore(serde_json::from_str(&damaged).unwrap()));
+}
+
+#[test]
+fn ranges_of_ground_pushes_and_weakness_are_checked() {
+    for (table, key) in [
+        ("actuator_factor = [0.5, 1.2]", "actuator_factor"),
+        ("pushes = { interval_s = 0 }", "pushes.interval_s"),
+        ("pushes = { forward_n = [5, -5] }", "pushes.forward_n"),
+        ("pushes = { duration_s = [-1, 0] }", "pushes.duration_s"),
+        ("terrain = { slope_rad = [0, 1] }", "terrain.slope_rad"),
+        (
+            "terrain = { slope_from_m = [0, 1] }",
+            "terrain.slope_from_m",
+        ),
+        (
+            "terrain.steps = { height_m = [0, 2] }",
+            "terrain.steps.height_m",
+        ),
+        (
+            "terrain.steps = { spacing_m = [0, 2] }",
+            "terrain.steps.spacing_m",
+        ),
+        ("terrain.steps = { from_m = 0 }", "terrain.steps.from_m"),
+        (
+            "terrain.uneven = { height_m = [-1, 2] }",
+            "terrain.uneven.height_m",
+        ),
+        (
+            "terrain.uneven = { spacing_m = 0 }",
+            "terrain.uneven.spacing_m",
+        ),
+        (
+            "terrain.uneven = { length_m = 1e9 }",
+            "terrain.uneven.length_m",
+        ),
+    ] {
+        let mut curriculum = Curriculum::default();
+        curriculum.phases[1].randomization = Some(toml::from_str(table).unwrap());
+        let error = curriculum
+            .validate(&BodyParameters::default(), &RewardParameters::default())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains(&format!("curriculum.phases[1].randomization.{key}`")),
+            "{error}"
+        );
+    }
+    assert!(toml::from_str::<Randomization>("terrain = { slope = [0, 1] }").is_err());
 }

@@ -40,6 +40,9 @@ share = 0.8
 latency_s = [0.0, 0.015]
 body = { friction = [0.6, 1.2], hip_mass_kg = [0.9, 1.1] }
 noise = { theta_rad = 0.01, h_velocity_m_per_s = 0.02 }
+actuator_factor = [0.7, 1.0]
+pushes = { interval_s = 0.5, forward_n = [-80, 80], up_n = [-40, 40], duration_s = [0.05, 0.15] }
+terrain = { slope_rad = [-0.05, 0.05], steps = { height_m = [-0.01, 0.01] }, uneven = { height_m = [0.0, 0.005] } }
 [[curriculum.phases]]
 name = "three"
 steps = 1500

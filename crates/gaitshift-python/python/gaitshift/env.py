@@ -43,11 +43,11 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     **Reward**: (2) of the paper with the task's weights, times the task's common factor, without the symmetry term (7),
     which depends on the policy and not on the motion.
 
-    **End**: terminated by a fall (pitch, or the hip too low) or by a diverged simulation (``info["diverged"]``); truncated
-    by the task's time limit (10 s by default).
+    **End**: terminated by a fall (pitch, the hip too low, a rule of ``task["termination"]["extra"]``) or by a diverged
+    simulation (``info["diverged"]``); truncated by the task's time limit (10 s by default).
 
     **info**: floats by the names of ``gaitshift.INFO_NAMES``: the reward's weighted terms (their sum times the common
-    factor is the reward), energies, works and losses since the episode began (J), contact forces (N, means over the
+    factor is the reward; those of ``task["reward"]["extra"]`` follow as ``reward_NAME``), energies, works and losses since the episode began (J), contact forces (N, means over the
     period), position (m), time (s) and command.
 
     **reset** takes the options ``omega_v`` (the command of this episode) and ``start`` (``"random"`` or ``"default"``: the
@@ -79,7 +79,8 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
                 ``[task]`` are used. What a curriculum changes during training is not.
             controller: take body and task of this controller instead.
             body: parameters of the body that differ, e.g. ``{"friction": 0.6}``.
-            task: parameters of the task that differ, e.g. ``{"reward": {"omega_e": 0.1}}``.
+            task: parameters of the task that differ, e.g. ``{"reward": {"omega_e": 0.1}}``, or with a reward term of one's own
+                ``{"reward": {"extra": [{"name": "upright", "weight": 0.2, "expression": "-theta_rad^2"}]}}``.
             randomization: what each episode draws: factors of the body, latency, noise, with the keys of a phase's
                 ``randomization``, e.g. ``{"body": {"friction": [0.5, 1.2]}, "latency_s": [0, 0.01]}``.
             disturbance: what disturbs every episode, with the keys of ``gaitshift evaluate --disturbance``, e.g.

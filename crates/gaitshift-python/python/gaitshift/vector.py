@@ -34,7 +34,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
     """``num_envs`` bipeds, each as :class:`gaitshift.env.PassiveBipedEnv` and to the same bits.
 
     Observations ``(num_envs, 14)``, actions ``(num_envs, 2)``, rewards ``(num_envs,)`` float64, flags ``(num_envs,)``
-    bool. ``info[name]`` is an array ``(num_envs,)`` for every name of ``gaitshift.INFO_NAMES`` and ``info["_" + name]``
+    bool. ``info[name]`` is an array ``(num_envs,)`` for every name of the single environment's info and ``info["_" + name]``
     says for which environments it holds, which is all of them.
 
     The option ``state`` of :meth:`reset` has a row for each environment. Seeds, automatic resets and
