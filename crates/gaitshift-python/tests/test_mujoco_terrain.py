@@ -143,3 +143,25 @@ def test_the_ground_has_the_height_of_the_boxes():
         origin = np.array([x, 2.0, 3.0])
         distance = mujoco.mj_ray(biped.model, biped.data, origin, down, None, 1, own, hit)
         assert abs(3.0 - distance - biped.ours.ground_height(x)) < 1e-9, x
+
+
+def test_the_programs_ground_is_the_librarys(program):
+    text = program("export", "mjcf", "--slope", "0.05rad@2", "--step-up", "0.02", "--uneven", "0.01")
+    terrain = {
+        "slope_rad": 0.05,
+        "slope_from_m": 2.0,
+        "steps": [{"height_m": 0.02, "at_m": 3.0}],
+        "uneven": {"height_m": 0.01},
+    }
+    model = mujoco.MjModel.from_xml_string(text.decode())
+    ours = mujoco.MjModel.from_xml_string(gaitshift.Body(terrain=terrain).mjcf())
+    np.testing.assert_array_equal(model.geom_pos, ours.geom_pos)
+    np.testing.assert_array_equal(model.geom_size, ours.geom_size)
+    # A ray from above meets the ground at its height, before the slope and on it.
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    body = gaitshift.Body(terrain=terrain)
+    for x in (-1.0, 0.5, 2.6, 4.13, 17.3):
+        hit = np.zeros(1, dtype=np.int32)
+        distance = mujoco.mj_ray(model, data, np.array([x, 0.0, 5.0]), np.array([0.0, 0.0, -1.0]), None, 1, -1, hit)
+        assert 5.0 - distance == pytest.approx(body.ground_height(x), abs=1e-6), x

@@ -259,7 +259,7 @@ fn the_ground_is_drawn_for_every_episode_and_flat_where_it_begins() {
             }
             // The feet of a start stand on it, above nothing else.
             let state = &batch.environment(i).state;
-            assert!(state.z > 0.8 && state.z < 1.1, "{}", state.z);
+            assert!(state.z > 0.7 && state.z < 1.1, "{}", state.z);
             body.ground_height(20.0)
         })
         .collect();

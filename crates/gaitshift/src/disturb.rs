@@ -3,8 +3,8 @@
 use crate::failure::Failure;
 use clap::Args;
 use gaitshift_experiment::{did_you_mean, load_disturbance};
-use gaitshift_task::{Disturbance, Push, SensorNoise, TerrainStep};
-use std::path::PathBuf;
+use gaitshift_task::{Disturbance, Push, SensorNoise, TerrainParameters, TerrainStep};
+use std::path::{Path, PathBuf};
 
 /// Where a step of the ground is if nothing else is said, in m.
 const STEP_AT_M: f64 = 3.0;
@@ -26,6 +26,68 @@ pub struct Weak([Option<f64>; 2]);
 pub struct Slope {
     rad: f64,
     from_m: Option<f64>,
+}
+
+/// Ground that is not flat; as it stands, it is.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Disturbances")]
+pub struct GroundArguments {
+    /// Inclination of the ground with its unit, rising forward: 3deg, -0.05rad or 5%; from X m on as 3deg@2
+    #[arg(long, value_name = "ANGLE[@X]", allow_hyphen_values = true, value_parser = slope)]
+    pub slope: Option<Slope>,
+
+    /// A step up of the ground in m, e.g. 0.03, at X = 3 m if not given; may be given several times
+    #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = step)]
+    pub step_up: Vec<TerrainStep>,
+
+    /// A step down, likewise
+    #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = step)]
+    pub step_down: Vec<TerrainStep>,
+
+    /// Uneven ground from 1 m on: every 0.25 m a height drawn between plus and minus this, in m, straight lines between them
+    #[arg(long, value_name = "HEIGHT", allow_negative_numbers = true, value_parser = height)]
+    pub uneven: Option<f64>,
+}
+
+impl GroundArguments {
+    /// Puts the options over a ground, or adds them to it.
+    fn put_over(&self, terrain: &mut TerrainParameters) {
+        if let Some(slope) = &self.slope {
+            (terrain.slope_rad, terrain.slope_from_m) = (slope.rad, slope.from_m);
+        }
+        let down = self.step_down.iter().map(|step| TerrainStep {
+            height_m: -step.height_m,
+            ..*step
+        });
+        terrain
+            .steps
+            .extend(self.step_up.iter().copied().chain(down));
+        if let Some(height_m) = self.uneven {
+            terrain.uneven.height_m = height_m;
+        }
+    }
+
+    /// The ground of the file, where there is one, with the options put over it. Everything else that a file of
+    /// disturbances may say is refused: `whose` cannot take it.
+    pub fn read(&self, file: Option<&Path>, whose: &str) -> Result<TerrainParameters, Failure> {
+        let mut d = match file {
+            Some(path) => load_disturbance(path).map_err(Failure::input)?,
+            None => Disturbance::default(),
+        };
+        let only_ground = Disturbance {
+            terrain: d.terrain.clone(),
+            ..Disturbance::default()
+        };
+        if d != only_ground {
+            return Err(Failure::input(format!(
+                "{}: of a disturbance {whose} takes the table `terrain` only; leave out the rest",
+                file.unwrap_or(Path::new("")).display()
+            )));
+        }
+        self.put_over(&mut d.terrain);
+        d.validate().map_err(Failure::input)?;
+        Ok(d.terrain)
+    }
 }
 
 /// What disturbs a motion; as it stands, nothing.
@@ -59,21 +121,9 @@ push begins at this phase of the stride that begins with the right foot's first 
 --push -150:40@5+0.25,0.2 pushes back and up for 0.2 s, a quarter of a stride after it.")]
     pub push: Vec<Push>,
 
-    /// Inclination of the ground with its unit, rising forward: 3deg, -0.05rad or 5%; from X m on as 3deg@2
-    #[arg(long, value_name = "ANGLE[@X]", allow_hyphen_values = true, value_parser = slope)]
-    pub slope: Option<Slope>,
-
-    /// A step up of the ground in m, e.g. 0.03, at X = 3 m if not given; may be given several times
-    #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = step)]
-    pub step_up: Vec<TerrainStep>,
-
-    /// A step down, likewise
-    #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = step)]
-    pub step_down: Vec<TerrainStep>,
-
-    /// Uneven ground from 1 m on: every 0.25 m a height drawn between plus and minus this, in m, straight lines between them
-    #[arg(long, value_name = "HEIGHT", allow_negative_numbers = true, value_parser = height)]
-    pub uneven: Option<f64>,
+    /// The ground.
+    #[command(flatten)]
+    pub ground: GroundArguments,
 
     /// File with all of this.
     #[arg(
@@ -123,20 +173,7 @@ impl DisturbanceArguments {
             }
         }
         d.pushes.extend(&self.push);
-        let terrain = &mut d.terrain;
-        if let Some(slope) = &self.slope {
-            (terrain.slope_rad, terrain.slope_from_m) = (slope.rad, slope.from_m);
-        }
-        let down = self.step_down.iter().map(|step| TerrainStep {
-            height_m: -step.height_m,
-            ..*step
-        });
-        terrain
-            .steps
-            .extend(self.step_up.iter().copied().chain(down));
-        if let Some(height_m) = self.uneven {
-            terrain.uneven.height_m = height_m;
-        }
+        self.ground.put_over(&mut d.terrain);
         d.validate().map_err(Failure::input)?;
         Ok((!d.is_none()).then_some(d))
     }

@@ -17,11 +17,15 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     match &arguments.format {
         ExportFormat::Mjcf {
             changes,
+            ground,
+            disturbance,
             controller,
             out,
         } => {
             let (parameters, task) = body_and_task(changes, controller.as_deref())?;
-            let text = gaitshift_export::mjcf(&parameters, &task, None).map_err(Failure::input)?;
+            let ground = ground.read(disturbance.as_deref(), "MJCF")?.terrain();
+            let text = gaitshift_export::mjcf(&parameters, &task, ground.as_ref())
+                .map_err(Failure::input)?;
             put(text.as_bytes(), out.as_deref())
         }
         ExportFormat::Onnx { controller, out } => {

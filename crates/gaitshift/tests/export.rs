@@ -36,6 +36,29 @@ fn the_body_is_the_one_asked_for() {
 }
 
 #[test]
+fn the_ground_is_the_one_asked_for() {
+    let place = Place::new();
+    let flat = place.stdout("export mjcf");
+    assert!(flat.contains("name=\"ground\" type=\"plane\""));
+    let hill = place.stdout("export mjcf --slope 0.1rad@2 --step-up 0.03 --step-down 0.02@5");
+    assert_ne!(hill, flat);
+    // Flat, the slope, and the same raised and lowered.
+    assert!(hill.contains("ground_3") && hill.contains("type=\"box\""));
+    let tilted = place.stdout("export mjcf --slope 0.1rad");
+    assert!(tilted.contains("type=\"plane\"") && tilted.contains("euler=\"0 -0.1"));
+    let file = "[terrain]\nslope_rad = 0.1\nslope_from_m = 2\n\
+                steps = [{ height_m = 0.03, at_m = 3 }, { height_m = -0.02, at_m = 5 }]\n";
+    place.write("hill.toml", file);
+    assert_eq!(place.stdout("export mjcf --disturbance hill.toml"), hill);
+    place.write("late.toml", format!("latency_s = 0.01\n{file}"));
+    place.refused(
+        "export mjcf --disturbance late.toml",
+        &["late.toml", "terrain"],
+    );
+    place.refused("export mjcf --slope 2rad", &["slope"]);
+}
+
+#[test]
 fn what_cannot_be_exported_is_refused() {
     let place = Place::new();
     place.write("bad.toml", "frction = 0.5\n");

@@ -81,8 +81,9 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
             body: parameters of the body that differ, e.g. ``{"friction": 0.6}``.
             task: parameters of the task that differ, e.g. ``{"reward": {"omega_e": 0.1}}``, or with a reward term of one's own
                 ``{"reward": {"extra": [{"name": "upright", "weight": 0.2, "expression": "-theta_rad^2"}]}}``.
-            randomization: what each episode draws: factors of the body, latency, noise, with the keys of a phase's
-                ``randomization``, e.g. ``{"body": {"friction": [0.5, 1.2]}, "latency_s": [0, 0.01]}``.
+            randomization: what each episode draws: factors of the body, ground, pushes, weak actuators, latency, noise, with
+                the keys of a phase's ``randomization``, e.g. ``{"body": {"friction": [0.5, 1.2]}, "latency_s": [0, 0.01],
+                "terrain": {"slope_rad": [-0.05, 0.05]}}``.
             disturbance: what disturbs every episode, with the keys of ``gaitshift evaluate --disturbance``, e.g.
                 ``{"terrain": {"slope_rad": 0.03}, "pushes": [{"forward_n": 80, "start_s": 2}]}``; not together with
                 ``randomization``.

@@ -2,6 +2,7 @@
 
 use super::ChangeArguments;
 use super::values::{number, time_s};
+use crate::disturb::GroundArguments;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -163,6 +164,7 @@ pub struct AnalyseArguments {
 #[command(after_long_help = "\
 Examples:
   gaitshift export mjcf --out biped.xml
+  gaitshift export mjcf --slope 3deg@2 --step-up 0.03 --out hill.xml
   gaitshift export onnx --controller runs/fast-1/controller.safetensors --out policy.onnx
   gaitshift export npz out/transition/recording.csv --out motion.npz")]
 pub struct ExportArguments {
@@ -176,11 +178,18 @@ pub struct ExportArguments {
 pub enum ExportFormat {
     /// The body as MJCF, for MuJoCo
     ///
-    /// The same masses, springs, dampers, actuators and joints; comments in the file say how contact differs.
+    /// The same masses, springs, dampers, actuators and joints; comments in the file say how contact differs. Ground that is
+    /// not flat becomes a tilted plane or boxes.
     Mjcf {
         /// What differs from the controller's or default body and task.
         #[command(flatten)]
         changes: ChangeArguments,
+        /// The ground.
+        #[command(flatten)]
+        ground: GroundArguments,
+        /// The ground from the table [terrain] of this file, as `evaluate --disturbance` reads it; options are put over it
+        #[arg(long, value_name = "FILE.toml", help_heading = "Disturbances")]
+        disturbance: Option<PathBuf>,
         /// Take the body that this controller, or the best one of a run's folder, was trained on [default: the default body]
         #[arg(long, value_name = "FILE|DIR")]
         controller: Option<PathBuf>,
