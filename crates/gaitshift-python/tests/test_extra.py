@@ -3,14 +3,15 @@ of the single and the vector environment alike; a mistake is a ValueError that s
 
 import copy
 
-import gaitshift
 import gymnasium
 import numpy as np
 import pytest
-from gaitshift.env import PassiveBipedEnv
-from gaitshift.vector import PassiveBipedVectorEnv
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
+
+import gaitshift
+from gaitshift.env import PassiveBipedEnv
+from gaitshift.vector import PassiveBipedVectorEnv
 
 TERM = {"name": "calm", "weight": 0.5, "expression": "-right_command^2 - abs(left_command - left_previous_command)"}
 RULE = {"name": "late", "expression": "time_s > 0.055"}
@@ -70,10 +71,9 @@ def test_the_controller_records_it(tmp_path) -> None:
             "training.metrics_interval_steps": 640,
         },
         steps=3200,
-        progress=None,
     )
     assert (run.metrics["reward/calm"] < 0).all()
-    recording = run.last.record(1.0, duration_s=0.5)
+    recording = gaitshift.Controller.load(run.folder / "controller-last.safetensors").record(1.0, duration_s=0.5)
     assert recording["reward_calm"][1:].max() < 0
     recording.write_csv(tmp_path / "r.csv")
     again = gaitshift.Recording.read_csv(tmp_path / "r.csv")

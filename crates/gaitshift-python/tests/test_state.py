@@ -12,7 +12,14 @@ import pytest
 import gaitshift
 
 ID = "gaitshift/PassiveBiped-v0"
-RANDOMIZATION = {"body": {"friction": [0.5, 1.5]}, "latency_s": [0.0, 0.02], "noise": {"theta_rad": 0.05}}
+RANDOMIZATION = {
+    "body": {"friction": [0.5, 1.5]},
+    "latency_s": [0.0, 0.02],
+    "noise": {"theta_rad": 0.05},
+    "actuator_factor": [0.7, 1.0],
+    "pushes": {"interval_s": 0.3, "forward_n": [-60, 60]},
+    "terrain": {"slope_rad": [-0.05, 0.05], "steps": {"height_m": [-0.02, 0.02]}, "uneven": {"height_m": [0, 0.01]}},
+}
 DISTURBANCE = {
     "latency_s": 0.004,
     "noise": {"phi_rad": 0.02},
@@ -168,6 +175,8 @@ def test_episodes_are_disturbed():
     [
         ({"randomization": {"latency_s": [0.1, 0.0]}}, "randomization.latency_s"),
         ({"randomization": {"body": {"frction": [1, 2]}}}, "did you mean `friction`"),
+        ({"randomization": {"terrain": {"slope_rad": [0, 2]}}}, "randomization.terrain.slope_rad"),
+        ({"randomization": {"pushes": {"interval": 1}}}, "did you mean `interval_s`"),
         ({"disturbance": {"latencey_s": 1}}, "did you mean `latency_s`"),
         ({"disturbance": {"terrain": {"slope_rad": 3}}}, "terrain.slope_rad"),
         ({"disturbance": {"pushes": [{"phase": 0.5}]}}, "phase"),

@@ -47,8 +47,8 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     simulation (``info["diverged"]``); truncated by the task's time limit (10 s by default).
 
     **info**: floats by the names of ``gaitshift.INFO_NAMES``: the reward's weighted terms (their sum times the common
-    factor is the reward; those of ``task["reward"]["extra"]`` follow as ``reward_NAME``), energies, works and losses since the episode began (J), contact forces (N, means over the
-    period), position (m), time (s) and command.
+    factor is the reward), energies, works and losses since the episode began (J), contact forces (N, means over the
+    period), position (m), time (s) and command; and ``reward_NAME`` for each term of ``task["reward"]["extra"]``.
 
     **reset** takes the options ``omega_v`` (the command of this episode) and ``start`` (``"random"`` or ``"default"``: the
     middle of the ranges that starts are drawn from), or ``state`` (positions and velocities, as :attr:`state` gives them, to
