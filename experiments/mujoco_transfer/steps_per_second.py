@@ -1,4 +1,4 @@
-"""Environment steps per second from Python: ours, single and vector, and the same body in MuJoCo behind Gymnasium.
+"""Environment steps per second from Python: ours, single and vector, and the same body in MuJoCo through Gymnasium.
 
     python experiments/mujoco_transfer/steps_per_second.py [--seconds 3] [--threads 2]
 
@@ -6,8 +6,8 @@ All with the same body, task, control period and integration step, random action
 at a step of 1 ms with its implicit integrator, a common choice for its speed. The environment around MuJoCo computes
 the observation and the reward's velocity, forward and alive terms only, which favours it.
 
-Steps are given for each second of the clock, and for each second of processor time of all threads, which what else the
-machine does changes little.
+Steps are given per second of wall-clock time, and per second of processor time of all threads, which depends less on
+other load on the machine.
 """
 
 import argparse

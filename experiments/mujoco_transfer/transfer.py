@@ -1,14 +1,14 @@
-"""Drives a controller in MuJoCo, without retraining, and has our analysis judge the motion.
+"""Drives a controller in MuJoCo, without retraining, and analyses its motion with gaitshift.
 
     python experiments/mujoco_transfer/transfer.py --out out/mujoco_transfer
 
 needs the packages of crates/gaitshift-python/tests/requirements.txt and the program `gaitshift` (--program, or on the
-PATH). The body comes to MuJoCo as the exported MJCF, the policy as the exported ONNX file, at the control period of the
-controller. Each motion starts at the default start and is written as a recording; `gaitshift analyse` describes it by
-the rules that `gaitshift evaluate` and `gaitshift transition` describe ours by.
+PATH). MuJoCo loads the body as the exported MJCF; the policy is the exported ONNX file, run at the control period of the
+controller. Each motion begins at the default start and is written as a recording; `gaitshift analyse` applies the same
+rules to it as `gaitshift evaluate` and `gaitshift transition` do to ours.
 
-The recording's energies are functions of the motion, by our formulas. Works and losses are booked as our integrator
-books them, from MuJoCo's forces: each force times the mean of the old and the new velocity of a step.
+The recording's energies are functions of the motion, by our formulas. Work and losses are computed as in our integrator,
+from MuJoCo's forces: each force times the mean of the old and the new velocity of a step.
 """
 
 import argparse
