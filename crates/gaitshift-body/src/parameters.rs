@@ -220,7 +220,7 @@ impl BodyParameters {
         let depth_m = (weight_n / self.contact_stiffness).powf(1.0 / self.contact_exponent);
         if depth_m > 0.1 * self.foot_arc_radius_m {
             warnings.push(format!(
-                "on one foot the body sinks about {depth_m:.2} m into the ground; a greater `contact_stiffness` bears it"
+                "on one foot the body sinks about {depth_m:.2} m into the ground; increase `contact_stiffness`"
             ));
         }
         warnings

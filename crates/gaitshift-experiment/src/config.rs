@@ -678,11 +678,11 @@ const GONE: [(&str, &str, &str); 16] = [
         "`training.rehearsal.rows` says how many pairs an update rehearses",
     ),
 ];
-const NO_GAIN: &str = "it showed no gain and is no more; take it out";
+const NO_GAIN: &str = "it showed no benefit and no longer exists; remove it";
 const REHEARSAL_OF_PHASES: &str =
-    "the phases that rehearse have the weight now: `learner = { rehearsal = 10 }`";
+    "the weight is now set in the phases that rehearse: `learner = { rehearsal = 10 }`";
 const ENTROPY_OF_TRAINING: &str =
-    "it is a key of `[training]` now, and in a phase of its `learner` and `learner_end`";
+    "it is now a key of `[training]`, and of a phase's `learner` and `learner_end`";
 
 /// A parser's message of an unknown name, with what has become of it or the nearest known name instead of the list of
 /// all, if it is a name of earlier versions or one is near.

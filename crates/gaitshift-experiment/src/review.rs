@@ -94,7 +94,7 @@ fn unreached(e: &Experiment) -> Vec<String> {
     if rehearsed.is_some_and(|start| start < t.evaluation_interval_steps) && t.warm_start.is_none()
     {
         warnings.push(
-            "a phase rehearses before the first evaluation: what is rehearsed is then no walk that was judged"
+            "a phase rehearses before the first evaluation: the rehearsed walk has then not been evaluated"
                 .to_owned(),
         );
     }
@@ -112,7 +112,7 @@ fn unreached(e: &Experiment) -> Vec<String> {
         if !(low..=high).contains(&omega_v) {
             warnings.push(format!(
                 "no phase reaches the command {omega_v}, at which {gait} is judged: commands are drawn from {low} to {high}; \
-                 `[criteria]` says what is judged"
+                 change it or the gaits of `[criteria]`"
             ));
         }
     }

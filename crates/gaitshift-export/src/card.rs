@@ -9,7 +9,7 @@ use std::fmt::Write;
 pub enum CardError {
     /// The licence would break the header.
     #[error(
-        "`{0}` is no name of a licence; use letters, digits, `-`, `.` and `+`, for instance mit, apache-2.0 or cc-by-4.0"
+        "`{0}` is not a licence name; use letters, digits, `-`, `.` and `+`, for instance mit, apache-2.0 or cc-by-4.0"
     )]
     Licence(String),
 }
@@ -48,7 +48,7 @@ pub fn card(
     body(&mut text, &controller.body);
     text.push_str(
         "## Limits\n\n\
-         It was trained and measured in simulation, in the plane, on the body above. It has never moved a machine.\n",
+         It was trained and measured in simulation, in the plane, on the body above. It has not been tried on a real robot.\n",
     );
     Ok(text)
 }
@@ -151,7 +151,7 @@ fn training(text: &mut String, controller: &Controller) {
     }
     let _ = write!(text, ".\n\n```sh\n{}\n```\n\n", p.command);
     if !p.edits.is_empty() {
-        text.push_str("The run's configuration was edited on the way, so the command alone does not make it again:\n\n");
+        text.push_str("The run's configuration was edited during training, so the command alone does not reproduce it:\n\n");
         for edit in &p.edits {
             let _ = writeln!(text, "- {edit}");
         }

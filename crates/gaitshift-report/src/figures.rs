@@ -231,8 +231,8 @@ fn sweep(studies: &[&Study]) -> Result<Shown, ReportError> {
     Ok(Shown {
         name: "sweep".to_owned(),
         title: "Over the range of the command",
-        caption: "Each mark is one motion from the default start, without action noise; the first 5 s are not measured. No line \
-                  joins them: between walk and run there is a gap."
+        caption: "Each mark is one motion from the default start, without action noise; the first 5 s are not measured. \
+                  The marks are not joined, because there is a gap between walk and run."
             .to_owned(),
         figure: charts_figure(&charts, 3, PAGE_WIDTH, 130.0)?,
         table: steady_table("sweep", &rows),
@@ -275,8 +275,8 @@ fn cost(studies: &[&Study]) -> Result<Shown, ReportError> {
     Ok(Shown {
         name: "cost-of-transport".to_owned(),
         title: "Cost of transport against speed",
-        caption: "(8) counts the positive mechanical work of the actuators alone. The dotted levels are total costs, all power \
-                  included: Collins, Ruina, Tedrake and Wisse, Science 307, 2005; Bhounsule and others, Int. J. Robot. Res. 33, \
+        caption: "(8) counts the positive mechanical work of the actuators alone. The dotted lines are total costs, including all \
+                  power consumed: Collins, Ruina, Tedrake and Wisse, Science 307, 2005; Bhounsule and others, Int. J. Robot. Res. 33, \
                   2014. ASIMO's total, 3.2 at 0.18, lies far above the panel."
             .to_owned(),
         figure: charts_figure(&[chart], 1, COLUMN_WIDTH, 190.0)?,
@@ -449,16 +449,16 @@ fn bifurcation(study: &Study) -> Result<Option<Shown>, ReportError> {
     let both = two_gaits(study);
     let between = match (both.first(), both.last()) {
         (Some(first), Some(last)) => format!(
-            "Random starts end in a walk or in a run at {} commands from {first} to {last}.",
+            "At {} commands from {first} to {last} random starts end in either gait, walk or run.",
             both.len()
         ),
-        _ => "Random starts end in both gaits at none of the commands tried.".to_owned(),
+        _ => "At no command tried do random starts end in both gaits.".to_owned(),
     };
     Ok(Some(Shown {
         name: "bifurcation".to_owned(),
         title: "The change of gait as a bifurcation",
         caption: format!(
-            "One motion whose command rises in stairs and falls again, and motions from random starts. {}{between}",
+            "One motion whose command rises in small steps and falls again, and motions from random starts. {}{between}",
             hysteresis(study)
         ),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 150.0)?,
@@ -610,8 +610,8 @@ fn stride_energies(
     Ok(Some(Shown {
         name: "stride-energies".to_owned(),
         title: "Energies over one stride",
-        caption: "From a touchdown of the right foot to its next, at the integration step. Springs of the legs and of the hips \
-                  apart: the paper's elastic energy is their sum."
+        caption: "From a touchdown of the right foot to its next, at the integration step. Springs of the legs and of the \
+                  hips are shown separately; the paper's elastic energy is their sum."
             .to_owned(),
         figure: charts_figure(&ordered, columns, PAGE_WIDTH, 90.0)?,
         table,
@@ -680,8 +680,8 @@ fn work(study: &Study, plan: &Plan) -> Result<Option<Shown>, ReportError> {
     Ok(Some(Shown {
         name: "energy-flow".to_owned(),
         title: "Where energy comes from and where it goes",
-        caption: "Given: positive work of the actuators, and what springs, end stops and the compressed contact give back. Lost: \
-                  for good; the actuators' negative work is not shown. Both legs, summed at the integration step."
+        caption: "Given: positive work of the actuators, and the energy returned by springs, end stops and the compressed \
+                  contact. Lost: dissipated; the actuators' negative work is not shown. Both legs, summed at the integration step."
             .to_owned(),
         figure: bars_figure(&bars, "energy per stride (J)", PAGE_WIDTH)?,
         table,
@@ -754,8 +754,8 @@ fn ground_reaction(subject: &Subject, m: &Measured) -> Result<Option<Shown>, Rep
     Ok(Some(Shown {
         name: "ground-reaction".to_owned(),
         title: "Vertical ground reaction over stance",
-        caption: "Mean over the stances of both legs, from forces at the integration step; the peak at touchdown lasts some \
-                  milliseconds and is higher in each single stance than in their mean. People have two humps walking and one \
+        caption: "Mean over the stances of both legs, from forces at the integration step; the peak at touchdown lasts a few \
+                  milliseconds and is higher in each stance than in their mean. Human curves have two humps in walking and one in \
                   running, after a small impact."
             .to_owned(),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 150.0)?,
@@ -814,8 +814,8 @@ fn leg_springs(subject: &Subject, m: &Measured) -> Result<Option<Shown>, ReportE
         name: "leg-force-length".to_owned(),
         title: "Leg force against leg length",
         caption: format!(
-            "Ground reaction along the leg; one stance of each. A spring-mass leg would run up and down one line. Share of the variance that a line \
-             explains, over all stances: {}.",
+            "Ground reaction along the leg; one stance of each. A spring-mass leg would follow a single line up and \
+             down. Share of the variance that a straight line explains, over all stances: {}.",
             explained.join(", ")
         ),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 150.0)?,
@@ -849,8 +849,8 @@ fn through_the_change(study: &Study) -> Result<Option<Shown>, ReportError> {
     Ok(Some(Shown {
         name: "through-the-change".to_owned(),
         title: "Pendular recovery and work through the change of gait",
-        caption: "On the stairs of the bifurcation. Recovery is that of the centre of mass, after Cavagna; work is the positive \
-                  work of both actuators."
+        caption: "From the motions of the bifurcation figure with rising and falling command. Recovery is that of the centre of \
+                  mass, after Cavagna; work is the positive work of both actuators."
             .to_owned(),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 140.0)?,
         table: stairs_table("through-the-change", study),

@@ -69,13 +69,13 @@ const NUMBERS: [(&str, &str, Of, &str); 21] = [
         "gaitshift report",
     ),
     (
-        "command at which running begins on stairs upward",
+        "command at which running begins when the command rises",
         "",
         running_begins,
         "gaitshift report",
     ),
     (
-        "command down to which running is kept on stairs downward",
+        "command down to which running is kept when the command falls",
         "",
         running_is_kept,
         "gaitshift report",
@@ -87,7 +87,7 @@ const NUMBERS: [(&str, &str, Of, &str); 21] = [
         "gaitshift report",
     ),
     (
-        "commands with a walk and a run, of those tried from random starts",
+        "number of commands at which random starts end in both gaits",
         "",
         |s| Some(two_gaits(s).len() as f64),
         "gaitshift report",

@@ -14,20 +14,20 @@ const STYLE: &str = include_str!("page.css");
 
 /// Choices that the papers leave open, and what the page assumes; in full in the documentation.
 const ASSUMPTIONS: [&str; 8] = [
-    "The papers leave the body's inertias, the stroke of the actuators, the contact with the ground, the control period, the starts \
-     of episodes and more open. Every choice is a key of the experiment, listed with its reason in docs/deviations.md.",
-    "The journal version simulated in MuJoCo, whose contact is another: its numbers need not be met exactly.",
-    "Motions are without action noise. Where nothing else is said they begin at the default start, last 20 s or longer, and are \
+    "The papers do not give the body's inertias, the stroke of the actuators, the ground contact, the control period, the starts of \
+     episodes and more. Every choice is a key of the experiment, listed with its reason in docs/deviations.md.",
+    "The journal version used MuJoCo, whose contact model differs: its numbers need not be matched exactly.",
+    "Motions are without action noise. Unless stated otherwise they begin at the default start, last 20 s or longer, and are \
      measured from 5 s on.",
-    "A walk has double support and no flight in its steps, a run flight and no double support; a foot is down from 5 % of body weight \
-     until it bears less than 1 %, contacts shorter than 80 ms do not count (docs/learning.md).",
+    "A walk has double support and no flight in its steps, a run flight and no double support. A foot is in contact from 5 % of body \
+     weight until less than 1 %; contacts shorter than 80 ms do not count (docs/learning.md).",
     "Fr is v/√(g l) as in the papers. The classic Froude number is its square.",
     "Steps in the ground are single ones, each height tried with the face at several places 5 cm apart; a height counts as survived \
-     if the body gets 4 m beyond at every place, and so it does at every lower height.",
+     if at every place, and for every lower height, the body gets 4 m beyond it.",
     "Noise is Gaussian, on one observation (of both legs) at a time, drawn anew in every control period. Its size is given in standard \
-     deviations of the observation itself in the undisturbed motion. Success is 10 m walked or 20 m run, as in the journal version.",
-    "Seeds are the unit. Over several seeds numbers are interquartile means with 95 % bootstrap intervals, shares of seeds have \
-     Wilson's interval; a single controller has none.",
+     deviations of the same observation in the undisturbed motion. Success is 10 m walked or 20 m run, as in the journal version.",
+    "The sample size is the number of seeds. Over several seeds numbers are interquartile means with 95 % bootstrap intervals, and \
+     shares of seeds have Wilson's interval; a single controller has no interval.",
 ];
 
 /// The whole page.
@@ -51,8 +51,8 @@ pub(crate) fn html(
     page.push(
         "<p>One controller, trained with Soft Actor-Critic, walks, runs and changes gait on one command, ω<sub>v</sub>. This page sets every \
          result of Koseki, Kutsuzawa, Owaki and Hayashibe (in Japanese, and Frontiers in Neurorobotics 16, 2023) beside what the \
-         controllers below do. Verdicts are computed by the rule named in each row: where a number misses it, the claim differs, \
-         and by more than a factor of two it fails.</p>\n",
+         controllers below do. Verdicts are computed by the rule in each row: a number that misses \
+         it differs, and one that misses it by more than a factor of two fails.</p>\n",
     );
     page.push("<nav>");
     for (id, name) in [
@@ -75,8 +75,8 @@ pub(crate) fn html(
     }
     page.push("<h2 id=\"numbers\">Beyond the papers</h2>\n");
     page.push(
-        "<p class=\"quiet\">What the field asks of a gait. Human values are quoted from the sources named; they are of people \
-         of other size and build, and no claim of the papers.</p>\n",
+        "<p class=\"quiet\">Measures that are usual in gait research. Human values are quoted from the sources named; \
+         they are for people of different size and build, and are not claims of the papers.</p>\n",
     );
     for group in groups {
         page.group_title(group, groups.len());

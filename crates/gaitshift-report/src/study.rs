@@ -319,10 +319,10 @@ impl Measured {
             record(subject, &constant(walk), 20.0, None)?,
             record(subject, &constant(run), 20.0, None)?,
         ];
-        progress("a finer integration step");
+        progress("finer integration step");
         let fine_step = fine_steps(subject, plan)?;
 
-        progress("stairs of the command");
+        progress("rising and falling command");
         let (stairs_up, stairs_down) = stairs(subject, plan)?;
         progress("random starts");
         let starts = random_starts(subject, plan)?;

@@ -16,7 +16,7 @@ pub enum Request {
         /// The command.
         value: f64,
     },
-    /// A ready-made change of the command: `run`, `walk` or `round` (walk, run, walk).
+    /// A preset change of the command: `run`, `walk` or `round` (walk, run, walk).
     Change {
         /// Which.
         name: String,
@@ -50,7 +50,7 @@ pub enum Request {
         /// Names and values, as in a body's TOML file.
         values: Vec<(String, f64)>,
     },
-    /// The same controller beside it on the body as it was given.
+    /// The same controller beside it on the original body.
     Compare {
         /// Whether it is there.
         on: bool,

@@ -297,7 +297,7 @@ impl Tab<'_> {
             Request::OmegaV { value } => self.stage.set_omega_v(value)?,
             Request::Change { name } => {
                 let change = Change::named(&name)
-                    .ok_or_else(|| format!("there is no ready-made change `{name}`"))?;
+                    .ok_or_else(|| format!("there is no preset change `{name}`"))?;
                 self.stage.change(change);
             }
             Request::Pause { on } => {

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 /// Largest |ω_v| of the slider, as everywhere in the program.
 const OMEGA_V_MAX: f64 = 100.0;
-/// Duration of the ready-made changes' ramps, and of the run between them, in s.
+/// Duration of the preset changes' ramps, and of the run between them, in s.
 const RAMP_S: f64 = 0.4;
 const RUN_S: f64 = 6.0;
 /// How long a body that fell lies before it starts again, in s of its own time.
@@ -47,7 +47,7 @@ pub(crate) struct Now {
     pub phases: Vec<(u8, f64, f64)>,
 }
 
-/// A ready-made change of the command.
+/// A preset change of the command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Change {
     Run,
@@ -80,7 +80,7 @@ impl Stage {
         self.omega_v
     }
 
-    /// Moves the slider; ends a ready-made change.
+    /// Moves the slider; ends a preset change.
     ///
     /// # Errors
     /// A command that no motion takes.
@@ -189,11 +189,11 @@ impl Stage {
         Ok(())
     }
 
-    /// Puts the first controller on the stage twice, the second time on the body as it was given, or takes that away.
+    /// Puts the first controller on the stage twice, the second time on the original body, or takes that away.
     pub fn compare(&mut self, on: bool) {
         if on && self.actors.len() == 1 {
             let second = Cast {
-                name: format!("{}, body as given", self.actors[0].cast.name),
+                name: format!("{}, original body", self.actors[0].cast.name),
                 ..self.actors[0].cast.clone()
             };
             self.actors.push(Actor::new(second, self.omega_v));

@@ -43,7 +43,7 @@ Start here:
   gaitshift view                    move its slider yourself, in the browser
   gaitshift evaluate                measure it over the whole range of its command
   gaitshift train                   train such a controller from scratch
-  gaitshift reproduce --quick       the papers' claims beside what it does, on one page
+  gaitshift reproduce --quick       the papers' claims beside its results, on one page
 
 Units are SI, angles in radians. Results go to standard output, progress and errors to standard error.
 Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted."
@@ -91,20 +91,20 @@ pub struct SubjectArguments {
 pub struct ChangeArguments {
     /// TOML file that changes the body, e.g. with the line `friction = 0.6`
     ///
-    /// Keys are those of the table `[body]` in a run's config.toml, by themselves or in such a table. What the
-    /// file leaves out stays as in the controller's training.
+    /// Keys are those of the table `[body]` in a run's config.toml, alone or under that table. Keys that the
+    /// file leaves out keep the values of the controller's training.
     #[arg(long, value_name = "FILE.toml")]
     pub body: Option<PathBuf>,
 
     /// Change one value, e.g. --set friction=0.6; may be given several times
     ///
-    /// Keys are those of `[body]` in a run's config.toml; with `task.` before it a key of `[task]`, e.g.
-    /// --set task.termination.pitch_limit_rad=1.0.
+    /// Keys are those of `[body]` in a run's config.toml, or, with the prefix `task.`, those of `[task]`,
+    /// e.g. --set task.termination.pitch_limit_rad=1.0.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }
 
-/// Prints what a shell needs to complete commands and options.
+/// Prints the script with which a shell completes commands and options.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -117,7 +117,7 @@ pub struct CompletionsArguments {
     pub shell: clap_complete::Shell,
 }
 
-/// Prints the manual page, or writes those of all commands.
+/// Prints the manual page, or writes one for every command.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:

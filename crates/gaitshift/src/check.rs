@@ -69,7 +69,7 @@ fn print(r: &Report) -> Result<(), Failure> {
     };
     let pace = r.steps_per_s.map_or_else(String::new, |rate| {
         format!(
-            " at {} steps/s, measured just now; evaluations come on top",
+            " at {} steps/s, measured just now, without evaluations",
             count(rate as u64)
         )
     });
@@ -89,7 +89,7 @@ fn print(r: &Report) -> Result<(), Failure> {
             format!("{low} to {high}")
         } else {
             let [end_low, end_high] = phase.omega_v_end;
-            format!("{low} to {high}, in the end {end_low} to {end_high}")
+            format!("{low} to {high}, at its end {end_low} to {end_high}")
         };
         cells.push(vec![
             phase.name.clone(),
@@ -119,12 +119,12 @@ fn print(r: &Report) -> Result<(), Failure> {
     };
     match &r.base {
         Some(base) if r.differences.is_empty() => list(&format!("As {base}."), &[])?,
-        Some(base) => list(&format!("Other than in {base}:"), &r.differences)?,
+        Some(base) => list(&format!("Differences from {base}:"), &r.differences)?,
         None if r.differences.is_empty() => {}
         None => list("Changed:", &r.differences)?,
     }
     if r.warnings.is_empty() {
-        list("Nothing looks like a mistake.", &[])
+        list("No likely mistakes found.", &[])
     } else {
         list("Warnings:", &r.warnings)
     }

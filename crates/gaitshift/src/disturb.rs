@@ -32,7 +32,8 @@ pub struct Slope {
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Disturbances")]
 pub struct GroundArguments {
-    /// Inclination of the ground with its unit, rising forward: 3deg, -0.05rad or 5%; from X m on as 3deg@2
+    /// Inclination of the ground with its unit, rising forward: 3deg, -0.05rad or 5%; starting at X m as
+    /// 3deg@2
     #[arg(long, value_name = "ANGLE[@X]", allow_hyphen_values = true, value_parser = slope)]
     pub slope: Option<Slope>,
 
@@ -40,7 +41,7 @@ pub struct GroundArguments {
     #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = step)]
     pub step_up: Vec<TerrainStep>,
 
-    /// A step down, likewise
+    /// A step down of the ground, in the same form
     #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = step)]
     pub step_down: Vec<TerrainStep>,
 
@@ -94,18 +95,20 @@ impl GroundArguments {
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Disturbances")]
 pub struct DisturbanceArguments {
-    /// Noise on what the controller is told of one observation, e.g. --noise theta_velocity=0.1; several times, or a list
+    /// Noise on one observation of the controller, e.g. --noise theta_velocity=0.1; may be given several
+    /// times, or as a list
     ///
-    /// NAME is x_velocity, theta, theta_velocity, h, h_velocity, phi, phi_velocity or d_velocity; SD its standard deviation in
-    /// m, rad, m/s or rad/s. It is drawn anew in every control period, for each leg by itself.
+    /// NAME is x_velocity, theta, theta_velocity, h, h_velocity, phi, phi_velocity or d_velocity; SD its
+    /// standard deviation in m, rad, m/s or rad/s. It is drawn anew in every control period, separately for
+    /// each leg.
     #[arg(long, value_name = "NAME=SD", value_delimiter = ',', value_parser = noise)]
     pub noise: Vec<Noise>,
 
-    /// Delay from the controller's command to the actuator's force in s, 0 to 1; also as 20ms
+    /// Delay from the controller's command to the actuator's force in s, 0 to 1; or with its unit, as 20ms
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = latency)]
     pub latency: Option<f64>,
 
-    /// Share of their force that the actuators still have, 0 to 1; of one leg as right=0.5
+    /// Share of their force that the actuators keep, 0 to 1; for one leg as right=0.5
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, value_parser = weak)]
     pub weak: Vec<Weak>,
 
@@ -129,11 +132,11 @@ push begins at this phase of the stride that begins with the right foot's first 
     #[arg(
         long,
         value_name = "FILE.toml",
-        help = "All of this from a TOML file, with more settings; options are put over it or added to it",
+        help = "Disturbances from a TOML file, which has more settings; options override it or are added to it",
         long_help = "\
-All of this from a TOML file, with more settings; options are put over it or added to it
+Disturbances from a TOML file, which has more settings; options override it or are added to it
 
-A file with everything there is:
+A file with every setting:
   latency_s = 0.02
   actuator_factor = [0.8, 1.0]                # right, left
   noise = { theta_velocity_rad_per_s = 0.1, phi_rad = 0.02 }

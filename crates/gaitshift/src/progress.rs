@@ -189,9 +189,9 @@ fn heading(judgement: &Judgement) -> String {
         "step", "time", "met", "score"
     );
     let explained = [
-        "Each line is an evaluation without noise: criteria met; score, which counts in",
-        "part what is nearly met (* the best so far, which is kept); and at each command",
-        "w walks, r runs, m neither, with the Froude number, s stands, f fell after s.",
+        "Each line is an evaluation without noise: criteria met; score, with part credit",
+        "for those nearly met (* the best so far, which is kept); and at each command",
+        "w walks, r runs, m neither, with the Froude number; s stands; f fell, after s.",
     ];
     format!(
         "{}\n{}\n{}",

@@ -119,7 +119,7 @@ fn places(a: &RenderArguments) -> Result<Places, Failure> {
     let webm = a.out.as_deref().and_then(FilmFormat::of) == Some(FilmFormat::WebM);
     if a.transparent && !webm {
         return Err(Failure::input(
-            "--transparent is for --frames and for films ending in .webm: neither GIF nor MP4 has a background that shines through",
+            "--transparent is for --frames and for films ending in .webm: GIF and MP4 cannot be transparent",
         ));
     }
     let ending = |path: &Path| {

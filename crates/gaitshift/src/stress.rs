@@ -78,7 +78,7 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
     }
     let plan = &result.plan;
     output::line(&format!(
-        "{}, {} random starts: median (least to greatest) of the largest disturbance borne",
+        "{}, {} random starts: median (least to greatest) of the largest disturbance withstood",
         subject.name,
         plan.seeds.len()
     ))?;

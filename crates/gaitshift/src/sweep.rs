@@ -84,7 +84,7 @@ pub fn train(
         report.finished, report.skipped
     ));
     if interrupted.load(Ordering::SeqCst) {
-        output::note("stopped with checkpoints; the same command goes on from them");
+        output::note("stopped with checkpoints; the same command continues from them");
         return Err(Failure::Interrupted);
     }
     Ok(())

@@ -26,14 +26,14 @@ _log = logging.getLogger("gaitshift")
 
 
 class Evaluation(TypedDict):
-    """How a controller did without noise, in short."""
+    """The result of an evaluation without noise, in short."""
 
     met: int
     """Number of criteria met."""
     criteria: int
     """Number of criteria."""
     score: float
-    """Counts in part what is nearly met; controllers are compared by it."""
+    """With partial credit for criteria nearly met; controllers are compared by it."""
     accepted: bool
     """Whether every criterion is met."""
     best: bool
@@ -42,7 +42,7 @@ class Evaluation(TypedDict):
 
 @dataclass(frozen=True)
 class Progress:
-    """How a run is going; what a callback is called with.
+    """The progress of a run, which is passed to the callback.
 
     Attributes:
         step: environment steps so far.
@@ -84,8 +84,8 @@ def train(
 ) -> Run:
     """Trains a controller: the run of ``gaitshift train``, to the same bits.
 
-    Runs without the interpreter's lock, so other threads go on. Ctrl-C writes a checkpoint and raises
-    ``KeyboardInterrupt``; an exception in the callback does likewise. :meth:`Run.resume` goes on from there.
+    Releases the GIL, so other threads keep running. Ctrl-C writes a checkpoint and raises ``KeyboardInterrupt``;
+    an exception in the callback also writes one. :meth:`Run.resume` continues from there.
     Evaluations and notes go to the logger ``gaitshift``.
 
     Args:
@@ -171,9 +171,9 @@ def _toml(value: Any, key: str) -> str:
 
 
 class Run:
-    """The folder of a training run: what it was asked for, how it went, what came of it.
+    """The folder of a training run: its settings, its progress and its results.
 
-    Nothing is kept in memory: every attribute reads the folder anew, also while the run is going on elsewhere.
+    Nothing is kept in memory: every attribute reads the folder anew, also while the run is still training elsewhere.
     ``metrics``, ``episodes``, ``evaluations``, ``motions`` and ``criteria`` need pandas: ``pip install gaitshift[pandas]``.
     """
 
@@ -189,9 +189,9 @@ class Run:
     def resume(
         self, *, threads: int | None = None, steps: int | None = None, callback: Callback | None = None
     ) -> Run:
-        """Goes on from the last checkpoint, to the same bits as if the run had not stopped; arguments as of :func:`train`.
+        """Continues from the last checkpoint, to the same bits as if the run had not stopped; arguments as in :func:`train`.
 
-        Edits of the folder's ``config.toml`` hold from there on, as with ``gaitshift train --resume``.
+        Edits of the folder's ``config.toml`` apply from there on, as with ``gaitshift train --resume``.
 
         Raises:
             ValueError: no checkpoint, a damaged one, or an edit of what the checkpoint decides.
@@ -257,7 +257,7 @@ class Run:
 
     @property
     def controllers(self) -> Mapping[int, Controller]:
-        """The evaluated controllers by step; each is read when it is asked for."""
+        """The evaluated controllers by step; each is read on access."""
         return _Controllers(self.folder / "controllers")
 
     @property

@@ -54,7 +54,7 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     middle of the ranges that starts are drawn from), or ``state`` (positions and velocities, as :attr:`state` gives them, to
     rounding). ``reset(seed=n)`` starts where ``gaitshift evaluate --seed n`` does.
 
-    Environments can be pickled and copied (``copy.deepcopy``) in mid-episode; the copy goes on to the same bits.
+    Environments can be pickled and copied (``copy.deepcopy``) in mid-episode; the copy continues to the same bits.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 100}
@@ -165,7 +165,8 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     def render(self) -> NDArray[np.uint8] | None:
         """The body now, shape ``(330, 640, 3)``, uint8, drawn in software without a display; ``None`` in other modes.
 
-        Right is vermilion, left is blue, arrows are the ground's forces; above stand command, speed and time.
+        The right leg is vermilion, the left leg pale blue; arrows are the ground's forces. Command, speed and time are
+        shown above.
         """
         if self.render_mode != "rgb_array":
             return None

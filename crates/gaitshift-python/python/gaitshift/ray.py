@@ -5,7 +5,7 @@
 
 A trial is a training run; its folder with the last checkpoint goes to Ray's storage whenever a checkpoint is written. A trial
 whose worker dies goes on from there, and so does a sweep whose driver was stopped or died: run the same command again.
-In the end every trial's folder lies where ``gaitshift sweep`` would have put it, with the same table.
+At the end every trial's folder is where ``gaitshift sweep`` would have put it, with the same table.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _TRIALS = "ray-trials.json"
 
 
 def train_trial(config: Mapping[str, Any]) -> None:
-    """What a worker does: trains a run or goes on with it, and reports its folder whenever it has a new checkpoint."""
+    """What a worker does: it trains or continues a run, and reports its folder whenever it has a new checkpoint."""
     from ray import tune
 
     trial = config["trial"]
@@ -77,7 +77,7 @@ def sweep(
     storage: str | None = None,
     retries: int = 3,
 ) -> Path:
-    """Runs a sweep, or goes on with it; gives its folder.
+    """Runs or continues a sweep; returns its folder.
 
     Args:
         file: the sweep, as of ``gaitshift sweep``.

@@ -118,7 +118,7 @@ class SAC:
         """A learner for the spaces of a single Gymnasium environment: sizes and bounds are theirs.
 
         Raises:
-            TypeError: a space that is no ``Box`` of one dimension.
+            TypeError: a space that is not a one-dimensional ``Box``.
             ValueError: an action without bounds; or as the constructor.
         """
         for name, space in (("observation", observation_space), ("action", action_space)):
@@ -202,7 +202,7 @@ class SAC:
         terminated: ArrayLike,
         truncated: ArrayLike = False,
     ) -> None:
-        """Stores what an action did.
+        """Stores the outcome of an action.
 
         Args:
             observation: where the action was taken.
@@ -233,7 +233,7 @@ class SAC:
         )
 
     def update(self, n: int = 1) -> dict[str, float]:
-        """Makes ``n`` updates; gives the means of ``critic_loss``, ``actor_loss``, ``mean_q`` and ``entropy`` (nats) over
+        """Makes ``n`` updates; returns the means of ``critic_loss``, ``actor_loss``, ``mean_q`` and ``entropy`` (nats) over
         them, and the temperature ``alpha``.
 
         Raises:

@@ -1,4 +1,4 @@
-"""The task as a Gymnasium vector environment that steps in Rust, without the interpreter's lock."""
+"""The task as a Gymnasium vector environment that steps in Rust with the GIL released."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         return tuple(self._batch.render(range(self.num_envs), RENDER_WIDTH_PX))
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Nothing is held that would have to be given back."""
+        """There are no resources to release."""
 
     def _info(self, values: NDArray[np.float64], mask: NDArray[np.bool_]) -> dict[str, Any]:
         names = self._batch.info_names

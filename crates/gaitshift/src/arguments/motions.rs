@@ -9,7 +9,7 @@ use std::path::PathBuf;
 /// Shows a controller walk, run and change gait: a table, an animation and figures.
 ///
 /// Writes into the folder given by --out:
-///   walk-run-walk.gif        the body on its way from walking to running and back
+///   walk-run-walk.gif        the body walks, runs and walks again
 ///   walk-to-run.svg, .png    energies and speed over the change of gait, support phases shaded
 ///   run-to-walk.svg, .png    the same for the way back
 ///   walking.svg, .png        a stride of the walk
@@ -90,10 +90,10 @@ pub struct EvaluateArguments {
 
     /// Check all criteria of a finished controller; exit code 1 if one is not met
     ///
-    /// Those of a TOML file: its table `[criteria]`, or the keys of that table by themselves. Without a file,
-    /// those that the run of --controller DIR asks for, otherwise the paper's 39: 20 s without a fall at each
-    /// ω_v from 0 to 3.5, a walk at 0 and a run at 3, speeds, costs of transport, energy correlations, and
-    /// changes of gait from ten phases of the stride both ways.
+    /// FILE has a table `[criteria]`, or the keys of that table alone. Without it the criteria are those of
+    /// the run of --controller DIR, otherwise the paper's 39: 20 s without a fall at each ω_v from 0 to 3.5,
+    /// a walk at 0 and a run at 3, speeds, costs of transport, energy correlations, and changes of gait from
+    /// ten phases of the stride both ways.
     #[arg(long, value_name = "FILE.toml", num_args = 0..=1, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "seed", "out"])]
     pub criteria: Option<Option<PathBuf>>,
 
@@ -189,12 +189,13 @@ pub struct TransitionArguments {
     pub disturbances: DisturbanceArguments,
 }
 
-/// Finds how much a controller bears: pushes, steps, slopes, noise, latency.
+/// Measures what a controller withstands: pushes, steps, slopes, noise, latency.
 ///
-/// From several random starts, each settled under the command first: the largest push forward, backward, up and down at each
-/// phase of the stride, the highest step up and down, the steepest slope up and down, the largest noise of each observation and
-/// the longest latency without a fall. Sizes grow by a quarter until one is not borne, then the gap is halved twice. One table gives
-/// for each command median, least and greatest over the starts; sizes are in N s (force times 0.1 s), m, rad, m/s, rad/s, s.
+/// From several random starts, each settled under the command first: the largest push forward, backward, up
+/// and down at each phase of the stride, the highest step up and down, the steepest slope up and down, the
+/// largest noise of each observation and the longest latency without a fall. Each disturbance grows by a
+/// quarter until one is not withstood, then the gap is halved twice. One table gives the median, least and
+/// greatest over the starts for each command; sizes are in N s (force times 0.1 s), m, rad, m/s, rad/s, s.
 ///
 /// Writes the table (stress.json) and a figure of it (SVG, PNG). With --json, standard output is one JSON object, {"limits":
 /// [{"omega_v", "disturbance", "which", "phase", "unit", "limits", "least", "median", "greatest", "greatest_tried"}], "plan",
@@ -237,13 +238,14 @@ pub struct StressArguments {
     pub json: bool,
 }
 
-/// Puts controllers, runs and recordings beside each other.
+/// Compares controllers, runs and recordings.
 ///
-/// Each is a controller file, a run's folder (its best controller, and its course), a recording (CSV), or the word
-/// `shipped`. Controllers are tried on every command; recordings are described as they are. One table has a row for each
-/// command and name. Into the folder of --out go a figure of all controllers over the range of their command (sweep), and
-/// of runs the criteria met over the course of training (learning) and by the best controllers (table): runs of one
-/// experiment with different seeds are one curve, and one row with an interval over the seeds.
+/// Each is a controller file, a run's folder (its best controller and its training curve), a recording (CSV),
+/// or the word `shipped`. Controllers are measured at every command; recordings are analysed as they are. One
+/// table has a row for each command and name. The folder of --out gets a figure of all controllers over the
+/// range of their command (sweep) and, for runs, the criteria met during training (learning) and by the best
+/// controllers (table). Runs of one experiment with different seeds share one curve, and one row with an
+/// interval over the seeds.
 ///
 /// With --json, standard output is {"rows": [{"name", "omega_v", ...}], "runs": [{"name", "experiment", "seed", ...}],
 /// "experiments": [{"variant", "seeds", "best_met", ...}]}, and with several seeds "spread" as in `evaluate`; files are
@@ -277,7 +279,7 @@ pub struct CompareArguments {
     #[arg(long, value_name = "S", default_value = "20", allow_negative_numbers = true, value_parser = duration_s)]
     pub duration_s: f64,
 
-    /// Time in s at the beginning that is left out of the figures, at most half of the motion
+    /// Settling time in s at the start, not measured; at most half of the motion
     #[arg(long, value_name = "S", default_value = "5", allow_negative_numbers = true, value_parser = time_s)]
     pub settling_s: f64,
 
@@ -290,12 +292,13 @@ pub struct CompareArguments {
     pub json: bool,
 }
 
-/// Redoes the study: every claim and figure of the paper and its journal version beside what is found here.
+/// Repeats the study: every claim and figure of the paper and its journal version beside the results here.
 ///
-/// With --quick the page is made from the shipped controller, in about a minute. Without it the study's experiments are
-/// trained first: the paper's method with and without phase I and the recipe `fast` with five seeds, without the energy term
-/// and the variants of the journal version with three. That takes days; the time is said before it begins. Ctrl-C writes
-/// checkpoints, and the same command goes on from them; what is finished is not run again.
+/// With --quick the page shows the shipped controller, in about a minute. Without it the study's experiments
+/// are trained first: the paper's method with and without phase I and the recipe `fast` with five seeds each,
+/// the paper's method without the energy term and the variants of the journal version with three. That takes
+/// days; an estimate is printed first. Ctrl-C writes checkpoints, and the same command continues from them;
+/// finished runs are not repeated.
 ///
 /// Into the folder of --out: report.html (one file, which fetches nothing; it prints), figures/ (each as SVG and PNG, its
 /// numbers as CSV and JSON), claims.csv, numbers.csv, report.json, and runs/. The same controllers give the same bytes.
@@ -306,11 +309,11 @@ Examples:
   gaitshift reproduce --dry-run
   gaitshift reproduce --jobs 2 --out out/study")]
 pub struct ReproduceArguments {
-    /// Train nothing: the page of the shipped controller, with coarser steps
+    /// Train nothing: the page for the shipped controller, with coarser steps
     #[arg(long, conflicts_with_all = ["dry_run", "jobs"])]
     pub quick: bool,
 
-    /// Only say what would be trained and how long it takes on this machine
+    /// Only report what would be trained and how long it takes on this machine
     #[arg(long)]
     pub dry_run: bool,
 
@@ -324,12 +327,12 @@ pub struct ReproduceArguments {
     pub out: PathBuf,
 }
 
-/// Makes the page of `gaitshift reproduce` of any controllers.
+/// Makes the page of `gaitshift reproduce` for any controllers.
 ///
-/// Claims with verdicts, numbers beside those of people, and figures: changes of gait (Fig. 3), returns over training (Fig. 4)
-/// where a run's folder has them, energies and poses over a stride, everything against the command, the change of gait as a
-/// bifurcation, where energy goes, ground reaction forces, steps in the ground, sensor noise. Runs of one experiment are its
-/// seeds and stand together, with intervals.
+/// Claims with verdicts, numbers beside human values, and figures: changes of gait (Fig. 3), returns over
+/// training (Fig. 4) where a run's folder has them, energies and poses over a stride, everything against the
+/// command, the change of gait as a bifurcation, where energy goes, ground reaction forces, steps in the
+/// ground, sensor noise. Runs of one experiment count as its seeds and are shown together, with intervals.
 ///
 /// Into the folder of --out: report.html (one file, which fetches nothing; it prints), figures/ (each as SVG and PNG, its
 /// numbers as CSV and JSON), claims.csv, numbers.csv and report.json. The same controllers give the same bytes.

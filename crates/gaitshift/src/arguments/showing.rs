@@ -8,8 +8,9 @@ use std::path::PathBuf;
 
 /// Draws a recording: an animation (GIF, MP4, WebM or frames) and a stride at a glance (SVG, PNG).
 ///
-/// Pictures are drawn in software from the body's geometry in the recording; no display is needed. Right
-/// is vermilion, left is pale blue, arrows are the ground's forces on the feet. MP4 and WebM need the program `ffmpeg`.
+/// Pictures are drawn in software from the body's geometry in the recording; no display is needed. The right
+/// leg is vermilion, the left leg pale blue; arrows are the ground's forces on the feet. MP4 and WebM need
+/// the program `ffmpeg`.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -32,11 +33,11 @@ pub struct RenderArguments {
     #[arg(long)]
     pub strobe: bool,
 
-    /// Write every frame of the animation into the folder --out, as frame-00000.png and so on
+    /// Write every frame of the animation into the folder of --out, as frame-00000.png and so on
     #[arg(long, requires = "out", conflicts_with_all = ["strobe", "stride_at_s"])]
     pub frames: bool,
 
-    /// Leave out the background: with --frames, or of a WebM
+    /// Leave out the background (frames and WebM)
     #[arg(long)]
     pub transparent: bool,
 
@@ -82,9 +83,10 @@ pub struct RenderArguments {
 
 /// Shows a controller, a training run or a recording in the browser.
 ///
-/// Without an argument the biped moves in real time under a slider for ω_v; it can be pushed, and its body changed while
-/// it moves. With the folder of a run its learning curve and evaluations stand beside it, and a click puts the controller
-/// of an evaluation on the stage. With a recording it is played, as `gaitshift export html` writes it.
+/// Without an argument the biped moves in real time, with a slider for ω_v; you can push it and change its
+/// body while it moves. With the folder of a run, the page also shows the learning curve and the evaluations,
+/// and a click on one runs its controller. With a recording, the page plays it, like the page of `gaitshift
+/// export html`.
 ///
 /// The page comes from this program and fetches nothing. It is served until the program is stopped (Ctrl-C), on the
 /// loopback address: nobody else can reach it.
@@ -93,11 +95,11 @@ pub struct RenderArguments {
 Examples:
   gaitshift view
   gaitshift view --controller runs/fast-1/controller.safetensors --body ice.toml
-  gaitshift view --body heavy.toml --body light.toml        two bodies side by side on one slider
+  gaitshift view --body heavy.toml --body light.toml        two bodies side by side, one slider
   gaitshift view runs/fast-1
   gaitshift view out/transition/recording.csv")]
 pub struct ViewArguments {
-    /// Folder of a training run, or recording (CSV) [default: a controller on a live stage]
+    /// Folder of a training run, or recording (CSV) [default: a controller, simulated live]
     #[arg(value_name = "RUN|RECORDING.csv", conflicts_with_all = ["controller", "body", "seed"])]
     pub what: Option<PathBuf>,
 
@@ -117,11 +119,11 @@ pub struct ViewArguments {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub port: Option<u16>,
 
-    /// Address to listen on; with another one than the default, other machines can see and move the biped
+    /// Address to listen on; with any other than the default, other machines can see and move the biped
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     pub listen: std::net::IpAddr,
 
-    /// Host name under which other machines may open the page, besides addresses; may be given again
+    /// Host name, besides addresses, under which other machines may open the page; may be given several times
     #[arg(long, value_name = "NAME")]
     pub name: Vec<String>,
 
@@ -178,8 +180,8 @@ pub struct ExportArguments {
 pub enum ExportFormat {
     /// The body as MJCF, for MuJoCo
     ///
-    /// The same masses, springs, dampers, actuators and joints; comments in the file say how contact differs. Ground that is
-    /// not flat becomes a tilted plane or boxes.
+    /// It has the same masses, springs, dampers, actuators and joints; comments in the file say how the
+    /// contact differs. Ground that is not flat becomes a tilted plane or boxes.
     Mjcf {
         /// What differs from the controller's or default body and task.
         #[command(flatten)]
@@ -211,8 +213,8 @@ pub enum ExportFormat {
     },
     /// A folder for a model hub: a controller, its model card (README.md), its ONNX file and its MJCF body
     ///
-    /// The card has the gaits, measured now by the criteria of the controller's run (or the paper's), the training that
-    /// made it, and its body.
+    /// The card describes the gaits, measured now by the criteria of the controller's run (or the paper's),
+    /// how the controller was trained, and its body.
     Hub {
         /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
         #[arg(long, value_name = "FILE|DIR")]
@@ -226,7 +228,7 @@ pub enum ExportFormat {
     },
     /// A recording as CSV
     ///
-    /// Read, checked, and written with exactly the documented columns in their order.
+    /// It is checked and written with exactly the documented columns, in their order.
     Csv {
         /// Recording (CSV)
         #[arg(value_name = "RECORDING.csv")]
@@ -237,8 +239,8 @@ pub enum ExportFormat {
     },
     /// A recording as one HTML page that plays it
     ///
-    /// The biped with play and scrub, and support phases, energies, speed, cost and reward beside it. The page needs
-    /// nothing but itself: it can be mailed, put on a web site, or opened from disk.
+    /// The biped with a play button and a time slider, and plots of support phases, energies, speed, cost and
+    /// reward. The page is self-contained: it can be mailed, put on a web site, or opened from disk.
     Html {
         /// Recording (CSV)
         #[arg(value_name = "RECORDING.csv")]

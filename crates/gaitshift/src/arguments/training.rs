@@ -6,10 +6,10 @@ use std::path::PathBuf;
 
 /// Trains a controller from scratch with Soft Actor-Critic.
 ///
-/// A run is described by one TOML file: body, task, curriculum, learner. Recipes that come with the
-/// program: `fast` (the default), `paper` (schedule and settings of the paper, 10 million steps) and
-/// `journal` (those of its journal version). A file of your own needs only what differs from the recipe
-/// that its key `base` names; an unknown key is an error.
+/// A run is described by one TOML file: body, task, curriculum, learner. Recipes that come with the program:
+/// `fast` (the default), `paper` (schedule and settings of the paper, 10 million steps) and `journal` (those
+/// of its journal version). A file of your own needs only the differences from the recipe that its key `base`
+/// names; an unknown key is an error.
 ///
 /// Every few hundred thousand steps the controller is evaluated without noise at all commands and changes
 /// of gait, so that you see when it first walks and runs. Ctrl-C writes a checkpoint and stops; so do SIGTERM and
@@ -24,7 +24,7 @@ The folder of a run:
   metrics.csv, events.out.tfevents.*   progress of training, also for `tensorboard --logdir runs`
   episodes.csv, returns.svg, .png      every episode, and their returns as a figure
   evaluations.jsonl         every evaluation in full, one JSON object per line
-  checkpoint/               everything needed to resume, to the same bits
+  checkpoint/               everything needed to resume; the result is the same to the bit
   report.json               how the run ended
 
 Examples:
@@ -59,10 +59,10 @@ pub struct TrainArguments {
     )]
     pub seed: Option<u64>,
 
-    /// One run after the other with each of these seeds, e.g. 1-5 or 1,2,7
+    /// Train with each of these seeds, one run after the other, e.g. 1-5 or 1,2,7
     ///
-    /// Folders are runs/NAME-SEED, with --out DIR the folders DIR/NAME-SEED. Ctrl-C stops the run under way and begins no
-    /// other. In the end a table says what came of each, with mean and standard deviation.
+    /// Folders are runs/NAME-SEED, with --out DIR the folders DIR/NAME-SEED. Ctrl-C stops the current run and
+    /// starts no other. At the end a table gives each run's result, with mean and standard deviation.
     #[arg(long, value_name = "LIST", conflicts_with_all = ["seed", "resume"],
           value_delimiter = ',', value_parser = seeds)]
     pub seeds: Vec<Seeds>,
@@ -75,10 +75,10 @@ pub struct TrainArguments {
     #[arg(long, value_name = "KEY=VALUE", conflicts_with = "resume")]
     pub set: Vec<String>,
 
-    /// Say what would be trained, for how long, and what looks like a mistake; train nothing
+    /// Report what would be trained, how long it takes, and likely mistakes; train nothing
     ///
-    /// The phases in steps and minutes (a few seconds of training tell the pace), every value that differs from the recipe
-    /// or file that it is based on, and warnings. Nothing is written.
+    /// Prints the phases in steps and minutes (measured by a few seconds of training), every value that
+    /// differs from the recipe or file of `base`, and warnings. Nothing is written.
     #[arg(long, conflicts_with_all = ["resume", "seeds", "out", "steps"])]
     pub check: bool,
 
@@ -88,7 +88,7 @@ pub struct TrainArguments {
     #[arg(long, value_name = "DIR", conflicts_with = "experiment")]
     pub resume: Option<PathBuf>,
 
-    /// Threads of the learner, 1 to 256 [default: the recipe's, or the run's]; the result does not depend on them
+    /// Threads of the learner, 1 to 256 [default: the recipe's, or the run's]; they do not change the result
     #[arg(long, value_name = "N", allow_negative_numbers = true,
           value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
@@ -114,11 +114,12 @@ pub struct TrainArguments {
 
 /// Trains many runs from one file: an experiment, what varies, the seeds.
 ///
-/// What varies is a list of variants, the values of some keys in every combination, or settings drawn at random from
-/// ranges. Each is trained with each seed, a run in its own folder. Ctrl-C writes checkpoints and stops; the same command
-/// goes on from them, and what is finished is not run again. In the end, and with --table at any time, the table says for
-/// each variant what its seeds reached, with intervals, and how far the first variant's result moved: table.md, table.json
-/// and a figure of all runs, table.svg and .png, in the sweep's folder.
+/// What varies is a list of variants, the values of some keys in every combination, or settings drawn at
+/// random from ranges. Each is trained with each seed, in a folder of its own. Ctrl-C writes checkpoints and
+/// stops; the same command continues from them, and finished runs are not repeated. At the end, and with
+/// --table at any time, a table gives for each variant the results over its seeds, with intervals, and the
+/// difference from the first variant: table.md, table.json and a figure of all runs, table.svg and .png, in
+/// the sweep's folder.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -142,12 +143,12 @@ where friction.toml is, for instance:
   reason = \"does it still walk where feet slip?\"
   set.body = { friction = 0.3 }
 
-In place of [[variants]], keys with their values, in every combination:
+Instead of [[variants]], the values of some keys in every combination:
   [vary]
   learner.learning_rate = [3e-4, 1e-3]
   body.friction = [0.3, 0.6, 1.0]
 
-or, with a line above the first table, so many settings drawn at random:
+or, with a line above the first table, settings drawn at random:
   random = { settings = 20, seed = 1 }
   [vary]
   learner.learning_rate = { from = 1e-4, to = 1e-3, scale = \"log\" }
@@ -167,17 +168,18 @@ pub struct SweepArguments {
           value_parser = clap::value_parser!(u16).range(1..=256))]
     pub jobs: Option<u16>,
 
-    /// Run only every N-th trial, the K-th first: several machines that share the folder run a sweep together
+    /// Run only every N-th trial, starting with the K-th: several machines that share the folder run a sweep
+    /// together
     ///
     /// With --table the table has all trials.
     #[arg(long, value_name = "K/N", value_parser = part, conflicts_with = "dry_run")]
     pub part: Option<Part>,
 
-    /// Only say what would be run and how long it takes on this machine
+    /// Only report what would be run and how long it takes on this machine
     #[arg(long, conflicts_with_all = ["table", "json"])]
     pub dry_run: bool,
 
-    /// Only write and print the table of what there is so far
+    /// Only write and print the table of the results so far
     #[arg(long)]
     pub table: bool,
 
