@@ -45,7 +45,7 @@ pub struct GroundArguments {
     #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = step)]
     pub step_down: Vec<TerrainStep>,
 
-    /// Uneven ground from 1 m on: every 0.25 m a height drawn between plus and minus this, in m, straight lines between them
+    /// Uneven ground from 1 m on: every 0.25 m a height in m drawn between plus and minus this, joined by straight lines
     #[arg(long, value_name = "HEIGHT", allow_negative_numbers = true, value_parser = height)]
     pub uneven: Option<f64>,
 }

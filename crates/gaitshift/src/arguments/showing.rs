@@ -189,7 +189,7 @@ pub enum ExportFormat {
         /// The ground.
         #[command(flatten)]
         ground: GroundArguments,
-        /// The ground from the table [terrain] of this file, as `evaluate --disturbance` reads it; options are put over it
+        /// The ground from the table [terrain] of this file, as `evaluate --disturbance` reads it; options override or extend it
         #[arg(long, value_name = "FILE.toml", help_heading = "Disturbances")]
         disturbance: Option<PathBuf>,
         /// Take the body that this controller, or the best one of a run's folder, was trained on [default: the default body]
