@@ -6,7 +6,9 @@ use crate::output;
 use crate::progress::{count, duration};
 use crate::train;
 use gaitshift_experiment::{Experiment, Review, steps_per_second};
+use gaitshift_task::{PushRanges, Randomization, TerrainRanges};
 use serde::Serialize;
+use serde_json::Value;
 use std::time::Duration;
 
 /// How long the pace is measured.
@@ -156,13 +158,35 @@ fn phases(experiment: &Experiment, steps_per_s: Option<f64>) -> Vec<Phase> {
 /// What else a phase changes, by its keys in the file.
 fn changes(phase: &gaitshift_task::Phase) -> Vec<String> {
     let shown = ["name", "steps", "omega_v", "omega_v_end"];
-    let Ok(serde_json::Value::Object(table)) = serde_json::to_value(phase) else {
+    let Ok(Value::Object(table)) = serde_json::to_value(phase) else {
         return Vec::new();
     };
+    let neutral = serde_json::to_value(Randomization {
+        actuator_factor: Some([1.0; 2]),
+        pushes: Some(PushRanges::default()),
+        terrain: Some(TerrainRanges::default()),
+        ..Randomization::default()
+    });
+    let neutral = neutral.unwrap_or_default();
     let other = table
-        .iter()
+        .into_iter()
         .filter(|(key, _)| !shown.contains(&key.as_str()));
     other
-        .map(|(key, value)| format!("{key}: {value}"))
+        .map(|(key, value)| match key.as_str() {
+            "randomization" => format!("{key}: {}", without(value, &neutral)),
+            _ => format!("{key}: {value}"),
+        })
         .collect()
+}
+
+/// A table without what is as in another: three dozen factors of 1 say nothing.
+fn without(value: Value, neutral: &Value) -> Value {
+    let Value::Object(table) = value else {
+        return value;
+    };
+    let differing = table.into_iter().filter_map(|(key, value)| {
+        let same = neutral.get(&key)?;
+        (value != *same).then(|| (key, without(value, same)))
+    });
+    Value::Object(differing.collect())
 }

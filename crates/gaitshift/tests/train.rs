@@ -236,6 +236,32 @@ fn several_seeds_are_trained_one_after_the_other() {
     place.refused("train tiny.toml --seeds 1-2 --seed 3", &["--seed"]);
 }
 
+// Of a phase's randomization it listed three dozen factors of 1.
+#[test]
+fn a_check_says_of_a_randomization_what_it_changes() {
+    let place = Place::new();
+    place.write(
+        "hills.toml",
+        "base = \"fast\"\n[[task.reward.extra]]\nname = \"upright\"\nweight = 0.2\nexpression = \"-theta_rad^2\"\n\
+         [[curriculum.phases]]\nname = \"hills\"\nsteps = 300_000\nomega_v = [-0.2, 3.5]\n\
+         reward_extra_end = { upright = 1 }\nrandomization = { latency_s = [0, 0.01], body = { friction = [0.5, 1.2] }, \
+         pushes = { forward_n = [-80, 80] }, terrain = { slope_rad = [-0.05, 0.05], steps = { height_m = [0, 0.02] } } }\n",
+    );
+    let value = place.json("train --check hills.toml --json");
+    let changes = &value["phases"][0]["changes"];
+    assert_eq!(
+        changes.to_string().replace('\\', ""),
+        "[\"randomization: {\"body\":{\"friction\":[0.5,1.2]},\"latency_s\":[0.0,0.01],\"pushes\":{\"forward_n\":[-80.0,80.0]},\
+         \"terrain\":{\"slope_rad\":[-0.05,0.05],\"steps\":{\"height_m\":[0.0,0.02]}}}\",\
+         \"reward_extra_end: {\"upright\":1.0}\"]"
+    );
+    let differences = value["differences"].to_string();
+    assert!(
+        differences.contains("task.reward.extra[0].expression"),
+        "{differences}"
+    );
+}
+
 #[test]
 fn a_check_says_what_would_be_trained_and_trains_nothing() {
     let place = place_with_recipe();
