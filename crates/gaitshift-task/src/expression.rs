@@ -18,7 +18,7 @@ use std::sync::{Mutex, PoisonError};
 /// Most instructions of an expression.
 const MOST_INSTRUCTIONS: usize = 256;
 /// Draws on which an expression is compared with its mirror image.
-const MIRRORED_DRAWS: usize = 64;
+const MIRRORED_DRAWS: usize = 256;
 /// Constants that an expression may use besides the quantities.
 const CONSTANTS: [&str; 3] = ["pi", "tau", "e"];
 /// Functions that an expression may use.
@@ -154,9 +154,12 @@ quantities! { |m|
 }
 
 impl Quantities {
-    /// Drawn at random, for tests of an expression.
+    /// Drawn at random, of either sign and any size that a quantity here may have, for tests of an expression.
     fn drawn(rng: &mut Xoshiro256PlusPlus) -> Self {
-        Self(std::array::from_fn(|_| 2.0 * rng.random::<f64>() - 1.0))
+        Self(std::array::from_fn(|_| {
+            let size = 10_f64.powf(7.0 * rng.random::<f64>() - 2.0);
+            if rng.random() { size } else { -size }
+        }))
     }
 
     /// Right and left exchanged.
