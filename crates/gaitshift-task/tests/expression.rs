@@ -57,7 +57,9 @@ fn left_and_right_are_told_apart() {
     assert!(!symmetric("right_normal_force_n > left_normal_force_n"));
     assert!(!symmetric("right_normal_force_n > 3e4"));
     assert!(!symmetric("z_m < 1 && right_phi_rad > 0.1 ? theta_rad : 0"));
-    assert!(symmetric("exp(-(x_velocity_m_per_s - 1)^2) + right_d_m^2 + left_d_m^2 + z_m"));
+    assert!(symmetric(
+        "exp(-(x_velocity_m_per_s - 1)^2) + right_d_m^2 + left_d_m^2 + z_m"
+    ));
     for name in QUANTITIES {
         let sided = name.starts_with("right_") || name.starts_with("left_");
         assert_eq!(symmetric(name), !sided, "{name}");

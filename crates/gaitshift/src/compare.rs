@@ -254,10 +254,15 @@ fn runs_table(runs: &[Run]) -> Vec<String> {
     ];
     let mut cells = vec![titles.map(str::to_owned).to_vec()];
     for run in runs {
-        let (met, at) = if run.evaluations > 0 {
-            (run.best_met.to_string(), count(run.best_step))
+        // Evaluations tell how long a run has been trained.
+        let [met, at, trained] = if run.evaluations > 0 {
+            [
+                run.best_met.to_string(),
+                count(run.best_step),
+                duration(run.elapsed_s),
+            ]
         } else {
-            ("-".to_owned(), "-".to_owned())
+            ["-"; 3].map(str::to_owned)
         };
         cells.push(vec![
             run.name.clone(),
@@ -265,7 +270,7 @@ fn runs_table(runs: &[Run]) -> Vec<String> {
             run.seed.to_string(),
             met,
             at,
-            duration(run.elapsed_s),
+            trained,
         ]);
     }
     output::table(&cells, &[0, 1])

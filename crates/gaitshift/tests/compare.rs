@@ -82,6 +82,21 @@ fn runs_are_compared_by_their_course_too() {
     );
 }
 
+// It was said to have been trained for 0 s.
+#[test]
+fn of_a_run_that_was_not_evaluated_nothing_is_said() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    let never = "--set training.evaluation_interval_steps=1000000";
+    place.stdout(&format!("train tiny.toml {never} --steps 1000 --out run"));
+    let text = place.stdout("compare run --omega-v 0 --duration-s 1");
+    let line = text
+        .lines()
+        .find(|line| line.starts_with("run ") && line.contains("tiny"));
+    let cells: Vec<&str> = line.unwrap().split_whitespace().collect();
+    assert_eq!(cells[cells.len() - 3..], ["-"; 3], "{text}");
+}
+
 #[test]
 fn what_cannot_be_compared_is_refused() {
     let place = Place::new();
