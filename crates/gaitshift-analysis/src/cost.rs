@@ -43,11 +43,13 @@ pub fn squared_force_n2_s_per_m(recording: &Recording, window: Window) -> Option
 /// `m g Δd`, if the hip advances far enough.
 fn weight_times_way_j(recording: &Recording, window: Window) -> Option<f64> {
     let metadata = &recording.metadata;
+    Some(metadata.total_mass_kg * metadata.gravity_m_per_s2 * way_m(recording, window)?)
+}
+
+/// The hip's way forward, m, if it is far enough.
+pub(crate) fn way_m(recording: &Recording, window: Window) -> Option<f64> {
     let way_m = window.change(recording, column::X_M);
-    if way_m < MIN_WAY_LEG_LENGTHS * metadata.leg_length_m {
-        return None;
-    }
-    Some(metadata.total_mass_kg * metadata.gravity_m_per_s2 * way_m)
+    (way_m >= MIN_WAY_LEG_LENGTHS * recording.metadata.leg_length_m).then_some(way_m)
 }
 
 /// Mean forward speed of the hip over a window, m/s.

@@ -9,6 +9,8 @@
 //! - [`cost`]: cost of transport (8) and Froude number;
 //! - [`energy`]: how kinetic, gravitational and elastic energy move relative to each other;
 //! - [`flow`]: work and losses by element and leg, peak forces;
+//! - [`steadiness`]: how alike steps are, and the phase between the hips;
+//! - [`feet`]: how high feet swing, and how they rub the ground;
 //! - [`mod@recent`]: what a motion is just now, for whoever watches it;
 //! - [`summary`] and [`transition`]: all of it for a steady motion and for a change of gait;
 //! - [`statistics`]: means, intervals and correlations, also for comparing many runs.
@@ -18,11 +20,13 @@
 
 pub mod cost;
 pub mod energy;
+pub mod feet;
 pub mod flow;
 pub mod gait;
 pub mod recent;
 pub mod recording;
 pub mod statistics;
+pub mod steadiness;
 pub mod steps;
 pub mod summary;
 pub mod support;
@@ -32,7 +36,9 @@ pub use gait::{GaitClass, GaitRule};
 pub use recent::{Recent, recent};
 pub use recording::{Recording, RecordingMetadata, Side, Window};
 pub use summary::{AnalysisOptions, GaitSummary, summarise};
-pub use transition::{TransitionOptions, TransitionSummary, summarise_transition};
+pub use transition::{
+    GaitChange, TransitionOptions, TransitionSummary, changes_of_gait, summarise_transition,
+};
 
 /// The value if it is a finite number: extreme but finite recordings can overflow in a ratio or a sum.
 fn finite(value: f64) -> Option<f64> {

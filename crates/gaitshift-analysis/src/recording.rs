@@ -278,6 +278,23 @@ impl Recording {
         Window::new(start_row, rows_before_end.checked_sub(1)?)
     }
 
+    /// A part of the recording as a recording of its own: its times, works and metadata are those of the whole.
+    ///
+    /// # Panics
+    /// If the window reaches beyond the recording.
+    pub fn part(&self, window: Window) -> Recording {
+        let rows = window.start_row()..=window.end_row();
+        let cut = |series: &Vec<f64>| match series.len() {
+            0 => Vec::new(),
+            _ => series[rows.clone()].to_vec(),
+        };
+        Recording {
+            metadata: self.metadata.clone(),
+            columns: self.columns.iter().map(cut).collect(),
+            details: self.details.iter().map(cut).collect(),
+        }
+    }
+
     /// All rows; `None` unless there are at least two.
     pub fn whole(&self) -> Option<Window> {
         Window::new(0, self.len().checked_sub(1)?)

@@ -7,11 +7,13 @@ use crate::cost::{
     squared_force_n2_s_per_m,
 };
 use crate::energy::{correlation_in_single_support, correlation_over, energy_recovery};
+use crate::feet::{Rubbing, clearance_m};
 use crate::flow::{
     EnergyFlow, losses_after_touchdown, peak_force_body_weights, share_at_stop, touching_shares,
 };
 use crate::gait::{GaitClass, GaitEvidence, GaitRule};
 use crate::recording::{Column, Recording, Side, Window, column, ended_by};
+use crate::steadiness::{HipPhase, StepVariation};
 use crate::steps::{LegTiming, Step, step_frequency_hz, step_length_m, whole_strides};
 use crate::support::Support;
 
@@ -94,6 +96,27 @@ pub struct GaitSummary {
     pub foot_slide: Option<f64>,
     /// Contacts of a swinging foot too short to count as stances, per step.
     pub scuffs_per_step: Option<f64>,
+    /// Height of the right sole's lowest point as the leg swings past the other one, mean, m.
+    pub clearance_right_m: Option<f64>,
+    /// The same of the left leg.
+    pub clearance_left_m: Option<f64>,
+    /// Work of friction of feet in stance per metre, J/m.
+    pub slip_work_j_per_m: Option<f64>,
+    /// Work of friction of feet between stances per metre, J/m.
+    pub drag_work_j_per_m: Option<f64>,
+    /// Standard deviation of the time of the steps onto the right foot over its mean.
+    pub step_time_variation_right: Option<f64>,
+    /// The same of the steps onto the left foot.
+    pub step_time_variation_left: Option<f64>,
+    /// Standard deviation of the length of the steps onto the right foot over its mean.
+    pub step_length_variation_right: Option<f64>,
+    /// The same of the steps onto the left foot.
+    pub step_length_variation_left: Option<f64>,
+    /// Phase of the left hip angle relative to the right one, circular mean over strides, rad: π where legs alternate evenly, 0 in
+    /// a hop.
+    pub hip_phase_rad: Option<f64>,
+    /// Circular standard deviation of that phase from stride to stride, rad.
+    pub hip_phase_deviation_rad: Option<f64>,
     /// Number of whole steps.
     pub steps: usize,
     /// Share of steps onto the other foot than the one before, in [0, 1].
@@ -204,6 +227,12 @@ pub fn summarise_window(
         window.and_then(|window| peak_force_body_weights(recording, support, side, window))
     });
     let touching = window.and_then(|window| touching_shares(recording, window));
+    let [clearance_right, clearance_left] = Side::BOTH
+        .map(|side| window.and_then(|window| clearance_m(recording, support, side, window)));
+    let rubbing = window.and_then(|window| Rubbing::find(recording, support, window));
+    let [variation_right, variation_left] =
+        Side::BOTH.map(|side| StepVariation::find(recording, steps, side));
+    let hip_phase = window.and_then(|window| HipPhase::find(recording, window));
 
     GaitSummary {
         survived_s: recording.duration_s(),
@@ -235,6 +264,16 @@ pub fn summarise_window(
         step_time_asymmetry: evidence.and_then(|evidence| evidence.step_time_asymmetry),
         foot_slide: evidence.and_then(|evidence| evidence.foot_slide),
         scuffs_per_step: window.and_then(|window| scuffs_per_step(support, window, steps.len())),
+        clearance_right_m: clearance_right,
+        clearance_left_m: clearance_left,
+        slip_work_j_per_m: rubbing.map(|rubbing| rubbing.slip_j_per_m),
+        drag_work_j_per_m: rubbing.map(|rubbing| rubbing.drag_j_per_m),
+        step_time_variation_right: variation_right.time,
+        step_time_variation_left: variation_left.time,
+        step_length_variation_right: variation_right.length,
+        step_length_variation_left: variation_left.length,
+        hip_phase_rad: hip_phase.map(|phase| phase.mean_rad),
+        hip_phase_deviation_rad: hip_phase.map(|phase| phase.deviation_rad),
         steps: steps.len(),
         steps_alternating: share_of_steps(&Step::alternates),
         steps_with_double_support: share_of_steps(&|step| rule.has_double_support(step)),

@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::gait::{GaitClass, GaitRule};
-use crate::recording::{Recording, Window, column};
+use crate::recording::{Recording, Window, column, ended_by};
 use crate::steps::find_steps;
 use crate::summary::{GaitSummary, has_fallen, settling_time_s, summarise_window};
 use crate::support::Support;
@@ -56,7 +56,8 @@ pub struct TransitionSummary {
     /// Mean forward speed after, m/s.
     pub speed_after_m_per_s: Option<f64>,
     /// Number of the touchdown, counted from the ramp's start, that begins the first step from which on
-    /// every step is one of the new gait. `None` unless one gait (walking, running) changed to the other.
+    /// every step is one of the new gait. `None` unless one gait (walking, running) changed to the other; of a command that goes up
+    /// and down again, [`changes_of_gait`] tells each.
     pub steps_to_change: Option<usize>,
     /// Correlation of kinetic with gravitational energy before, in [-1, 1].
     pub kinetic_potential_correlation_before: Option<f64>,
@@ -159,6 +160,54 @@ pub fn summarise_transition(
         before,
         after,
     }
+}
+
+/// What one of several changes of the command does to the gait.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct GaitChange {
+    /// Time at which the command begins to change, s.
+    pub start_s: f64,
+    /// Time at which it has changed, s.
+    pub end_s: f64,
+    /// Gait before, since the change before it.
+    pub gait_before: Option<GaitClass>,
+    /// Gait after it, up to the next change; fallen if the body fell before that.
+    pub gait_after: Option<GaitClass>,
+    /// As [`TransitionSummary::steps_to_change`], up to the next change.
+    pub steps_to_change: Option<usize>,
+}
+
+/// Describes each change of a command that changes several times, between `ramps` (begin and end in the recording's time, s,
+/// in order and apart). Those that the motion does not live to see are left out.
+pub fn changes_of_gait(
+    recording: &Recording,
+    ramps: &[(f64, f64)],
+    options: &TransitionOptions,
+) -> Vec<GaitChange> {
+    let times = recording.column(column::TIME_S);
+    let (Some(&first_s), Some(&last_s)) = (times.first(), times.last()) else {
+        return Vec::new();
+    };
+    let seen = ramps.iter().enumerate().filter(|(_, ramp)| ramp.0 < last_s);
+    seen.filter_map(|(k, &(start_s, end_s))| {
+        let from_s = k.checked_sub(1).map_or(first_s, |before| ramps[before].1);
+        let next_s = ramps.get(k + 1).map_or(last_s, |next| next.0);
+        let mut part = recording.part(recording.window(from_s, next_s)?);
+        if next_s < last_s {
+            // What happens later is no part of this change.
+            part.metadata.fell = false;
+            ended_by::TIME_LIMIT.clone_into(&mut part.metadata.ended_by);
+        }
+        let summary = summarise_transition(&part, start_s, end_s, options);
+        Some(GaitChange {
+            start_s,
+            end_s,
+            gait_before: summary.gait_before,
+            gait_after: summary.gait_after,
+            steps_to_change: summary.steps_to_change,
+        })
+    })
+    .collect()
 }
 
 /// The correlation in which the gait shows.

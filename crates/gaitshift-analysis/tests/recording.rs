@@ -488,3 +488,22 @@ fn rows_have_details_all_or_none() {
     assert_eq!(told.detail(detail::COM_X_M), Some(&[1.0, 2.0, 3.0][..]));
     assert_eq!(round_trip(&told), told);
 }
+
+#[test]
+fn a_part_is_a_recording_of_those_rows() {
+    let mut recording = common::Gait::WALK.record(2.0);
+    let heights: Vec<f64> = (0..recording.len()).map(|row| row as f64).collect();
+    recording
+        .set_detail(detail::SOLE_HEIGHT_M[0], heights)
+        .unwrap();
+    let part = recording.part(recording.window(0.5, 1.5).unwrap());
+    assert_eq!(part.len(), 201);
+    assert_eq!(part.column(column::TIME_S)[0], 0.5);
+    assert_eq!(
+        part.column(column::X_M),
+        &recording.column(column::X_M)[100..=300]
+    );
+    assert_eq!(part.detail(detail::SOLE_HEIGHT_M[0]).unwrap()[200], 300.0);
+    assert_eq!(part.detail(detail::SOLE_HEIGHT_M[1]), None);
+    assert_eq!(part.metadata, recording.metadata);
+}

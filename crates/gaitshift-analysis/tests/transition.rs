@@ -6,7 +6,9 @@ mod common;
 
 use common::{Frame, Gait, close, record};
 use gaitshift_analysis::recording::Recording;
-use gaitshift_analysis::{GaitClass, TransitionOptions, TransitionSummary, summarise_transition};
+use gaitshift_analysis::{
+    GaitClass, TransitionOptions, TransitionSummary, changes_of_gait, summarise_transition,
+};
 
 /// Walks until 11 s, then runs; the right foot lands at 11 s.
 fn walk_to_run(time_s: f64) -> Frame {
@@ -108,6 +110,48 @@ fn without_a_change_there_are_no_steps_to_it() {
     });
     assert_eq!(transition(&stopping).gait_after, Some(GaitClass::Standing));
     assert_eq!(transition(&stopping).steps_to_change, None);
+}
+
+#[test]
+fn a_walk_a_run_and_a_walk_are_two_changes() {
+    // From up and down again as one change came no number of steps at all: it leads from the walk to the walk.
+    let motion = |time_s: f64| {
+        if time_s < 20.0 {
+            return walk_to_run(time_s);
+        }
+        // Runs on to 20.1 s, where the right foot would land after 13 strides.
+        let mut frame = run_to_walk(time_s - 9.6);
+        frame.x_m += 100.0;
+        frame
+    };
+    let ramps = [(10.2, 10.6), (19.8, 20.2)];
+    let options = TransitionOptions::default();
+    let recording = record(30.0, motion);
+    let whole = summarise_transition(&recording, 10.2, 20.2, &options);
+    assert_eq!(whole.steps_to_change, None);
+    let changes = changes_of_gait(&recording, &ramps, &options);
+    let gaits: Vec<_> = changes
+        .iter()
+        .map(|c| (c.gait_before.unwrap(), c.gait_after.unwrap()))
+        .collect();
+    use GaitClass::{Running, Walking};
+    assert_eq!(gaits, [(Walking, Running), (Running, Walking)]);
+    assert_eq!((changes[0].start_s, changes[1].end_s), (10.2, 20.2));
+    assert_eq!(changes[0].steps_to_change, Some(2));
+    assert!((1..=3).contains(&changes[1].steps_to_change.unwrap()));
+
+    // A fall belongs to the change before it, and to no other.
+    let mut fallen = record(25.0, motion);
+    fallen.metadata.fell = true;
+    let changes = changes_of_gait(&fallen, &ramps, &options);
+    assert_eq!(changes[0].steps_to_change, Some(2));
+    assert_eq!(changes[1].gait_after, Some(GaitClass::Fallen));
+    assert_eq!(changes[1].steps_to_change, None);
+    // What the motion does not live to see is left out.
+    assert_eq!(
+        changes_of_gait(&record(15.0, motion), &ramps, &options).len(),
+        1
+    );
 }
 
 #[test]

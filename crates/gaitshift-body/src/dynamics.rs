@@ -21,7 +21,7 @@
 //! from the new velocities. Right and left contributions are added to each other before anything
 //! else, so that mirrored states give mirrored results to the last bit.
 
-use crate::contact::{ArcMotion, Sole};
+use crate::contact::{ArcMotion, Sole, sphere_center};
 use crate::energy::EnergyAccount;
 use crate::{BodyParameters, BodyState, FootContact, LegState, Meter, ParameterError, Terrain};
 
@@ -165,6 +165,19 @@ impl Body {
     /// Height of the ground at `x`, in m.
     pub fn ground_height(&self, x: f64) -> f64 {
         self.terrain.as_ref().map_or(0.0, |t| t.height(x))
+    }
+
+    /// Height of the lowest point of a foot's sole over the ground, in m; negative where it is pressed in. On ground that is not
+    /// flat, the least height of a sphere over the ground below its centre.
+    pub fn sole_height(&self, s: &BodyState, leg: usize) -> f64 {
+        let p = &self.parameters;
+        let LegState { psi, foot, .. } = s.legs[leg];
+        (0..p.foot_sphere_count)
+            .map(|k| {
+                let (x, z) = sphere_center(p, psi, foot, k);
+                s.z + z - p.foot_sphere_radius_m - self.ground_height(s.x + x)
+            })
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// The parameters of this body.

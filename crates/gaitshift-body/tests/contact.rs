@@ -1,7 +1,9 @@
 //! Contract: a sphere on the ground is pressed on by k δⁿ (1 + c δ̇), never pulled, and held by smoothed Coulomb friction; a
 //! foot that just touches feels nothing; power, stored energy and losses of a foot balance, and no loss is ever negative.
 
-use gaitshift_body::{Body, BodyParameters, BodyState, FootContact, LEFT, RIGHT, sphere_center};
+use gaitshift_body::{
+    Body, BodyParameters, BodyState, FootContact, LEFT, RIGHT, Terrain, sphere_center,
+};
 use proptest::prelude::*;
 
 /// Feet of one sphere each, so that a formula can be checked by itself.
@@ -84,6 +86,13 @@ fn a_sphere_stands_where_its_centre_is_told() {
         state.z + centres.fold(f64::INFINITY, f64::min) - p.foot_sphere_radius_m
     };
     assert!(lowest(&state).abs() < 1e-12, "{}", lowest(&state));
+    let heights = [RIGHT, LEFT].map(|leg| body.sole_height(&state, leg));
+    assert!((heights[0].min(heights[1]) - lowest(&state)).abs() < 1e-12);
+    assert!(heights[0].max(heights[1]) > 1e-3, "one foot is lifted");
+    // A hill of 5 cm below the feet is that much nearer.
+    let hill = Terrain::through(&[(0.0, 0.05)], 0.0, 0.0).unwrap();
+    let near = Body::new(p.clone()).unwrap().on(hill);
+    assert!((near.sole_height(&state, LEFT) - (heights[1] - 0.05)).abs() < 1e-12);
     state.legs[LEFT].foot = 0.02;
     assert!(lowest(&state) < -0.01);
     assert!(body.foot_contact(&state, LEFT).normal_n > 0.0);

@@ -96,6 +96,18 @@ impl CommandProfile {
         Some((self.points[leaves - 1].0, self.points[arrives].0))
     }
 
+    /// The stretches of time in which the command changes, in s: those less than `rest_s` apart are one.
+    pub fn changes_s(&self, rest_s: f64) -> Vec<(f64, f64)> {
+        let mut changes: Vec<(f64, f64)> = Vec::new();
+        for pair in self.points.windows(2).filter(|pair| pair[0].1 != pair[1].1) {
+            match changes.last_mut() {
+                Some(last) if pair[0].0 - last.1 < rest_s => last.1 = pair[1].0,
+                _ => changes.push((pair[0].0, pair[1].0)),
+            }
+        }
+        changes
+    }
+
     /// The text of the CSV file that [`CommandProfile::read_csv`] reads back to the same bits.
     pub fn to_csv(&self) -> String {
         let mut text = String::from("time_s,omega_v\n");

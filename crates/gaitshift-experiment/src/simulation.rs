@@ -168,6 +168,8 @@ fn push_details(body: &Body, environment: &Environment, row: &mut Vec<f64>) {
     row.push(meter.flight_share);
     let mut pair = |of: fn(&LegMeter) -> f64| row.extend(meter.legs.each_ref().map(of));
     pair(|leg| leg.peak_normal_n);
+    row.extend([RIGHT, LEFT].map(|leg| body.sole_height(&environment.state, leg)));
+    let mut pair = |of: fn(&LegMeter) -> f64| row.extend(meter.legs.each_ref().map(of));
     pair(|leg| leg.contact_share);
     pair(|leg| leg.actuator_work);
     pair(|leg| leg.actuator_positive_work);

@@ -15,6 +15,20 @@ fn ramps_are_linear_between_and_constant_outside() {
 }
 
 #[test]
+fn changes_that_are_apart_are_told_apart() {
+    let trip = CommandProfile::constant(0.0)
+        .then_ramp(3.0, 10.0, 0.4)
+        .then_ramp(0.0, 20.0, 0.4);
+    assert_eq!(trip.changes_s(4.0), [(10.0, 10.4), (20.0, 20.4)]);
+    assert_eq!(trip.changes_s(15.0), [(10.0, 20.4)]);
+    assert_eq!(trip.change_s(), Some((10.0, 20.4)));
+    // Two slopes in a row are one change.
+    let bent = CommandProfile::through(&[(1.0, 0.0), (2.0, 1.0), (3.0, 3.0), (5.0, 3.0)]).unwrap();
+    assert_eq!(bent.changes_s(4.0), [(1.0, 3.0)]);
+    assert!(CommandProfile::constant(1.0).changes_s(4.0).is_empty());
+}
+
+#[test]
 fn files_are_read_or_refused_with_their_line() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("profile.csv");

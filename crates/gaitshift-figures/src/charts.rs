@@ -34,15 +34,26 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
     /// Line, marks or both.
     pub drawn: Drawn,
+    /// Whether it lies below the others, wherever it stands in the legend.
+    pub below: bool,
 }
 
 impl Series {
+    /// The same below all others.
+    pub fn below(self) -> Self {
+        Self {
+            below: true,
+            ..self
+        }
+    }
+
     /// A line.
     pub fn line(label: &str, points: Vec<(f64, f64)>) -> Self {
         Self {
             label: label.to_owned(),
             points,
             drawn: Drawn::Line,
+            below: false,
         }
     }
 
@@ -325,10 +336,33 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks) {
         let (_, y) = panel.place(panel.x.from, *level);
         let dotted = Paint::stroke(TEXT, 0.9).dashed("1 2");
         canvas.line((area.left, y), (area.right(), y), dotted);
-        let style = TextStyle::new(9.0, TEXT).anchor(Anchor::End);
-        canvas.text((area.right() - 3.0, y - 2.5), word, style);
+        // Where it hides the fewest points, if it can be at the right and above its line.
+        let width = text_width(word, 9.0) + 8.0;
+        let hidden = |left: f64, top: f64| {
+            let places = points().map(|&(x, y)| panel.place(x, y));
+            let covers =
+                |p: &Point| (left..left + width).contains(&p.0) && (top..top + 15.0).contains(&p.1);
+            places.filter(covers).count()
+        };
+        let (right, above) = (area.right() - width, y - 14.0);
+        let at = [
+            (right, above),
+            (area.left, above),
+            (right, y),
+            (area.left, y),
+        ];
+        let inside = |&(_, top): &(f64, f64)| top >= area.top && top + 13.0 <= area.bottom();
+        let (left, top) = at
+            .into_iter()
+            .filter(inside)
+            .min_by_key(|&(left, top)| hidden(left, top))
+            .unwrap_or((right, above));
+        let style = TextStyle::new(9.0, TEXT);
+        canvas.text((left + 4.0, top + 11.0), word, style);
     }
-    for series in &chart.series {
+    let (below, above): (Vec<&Series>, Vec<&Series>) =
+        chart.series.iter().partition(|series| series.below);
+    for series in below.into_iter().chain(above) {
         let index = looks.index(&series.label);
         let (xs, ys): (Vec<f64>, Vec<f64>) = series.points.iter().copied().unzip();
         if series.drawn != Drawn::Marks && xs.len() > 1 {

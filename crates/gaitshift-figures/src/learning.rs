@@ -123,7 +123,7 @@ fn draw_colour_bar(canvas: &mut Canvas, panel: &Panel, command: &Axis) {
         y: command.clone(),
     };
     canvas.rect(area, Paint::stroke(TEXT, 0.8));
-    bar.right_axis(canvas, command, "command ω\u{1d65}", TEXT);
+    bar.right_axis(canvas, command, "command ω\u{1d65} (s/m)", TEXT);
 }
 
 fn colour(share: f64) -> Ink {

@@ -1,6 +1,6 @@
 //! What one controller does over the whole range of its command.
 
-use gaitshift_analysis::GaitSummary;
+use gaitshift_analysis::{GaitClass, GaitSummary};
 
 use crate::canvas::{Canvas, Ink, Paint, Point, Rect};
 use crate::chart::{Axis, Panel};
@@ -15,6 +15,8 @@ pub struct SweepPoint {
     pub omega_v: f64,
     /// Whether the body fell; drawn hollow.
     pub fell: bool,
+    /// What the motion is, where it is one thing. A line joins neighbouring commands of one gait only.
+    pub gait: Option<GaitClass>,
     /// Mean forward speed in m/s.
     pub speed_m_per_s: Option<f64>,
     /// Froude number `v / √(g l)`.
@@ -35,6 +37,7 @@ impl SweepPoint {
         Self {
             omega_v,
             fell: summary.fell,
+            gait: Some(summary.gait),
             speed_m_per_s: summary.speed_m_per_s,
             froude: summary.froude,
             cost_of_transport: summary.cost_of_transport,
@@ -50,8 +53,17 @@ impl SweepPoint {
 pub struct SweepSeries {
     /// Name in the legend.
     pub label: String,
-    /// Points, joined in the order of `ω_v`.
+    /// Points, joined in the order of `ω_v` where neighbours are of one gait.
     pub points: Vec<SweepPoint>,
+}
+
+impl SweepPoint {
+    /// Whether a line may lead on to the next command: between gaits, through motions that are none and to falls there is
+    /// nothing that it could stand for.
+    fn leads_to(&self, next: &Self) -> bool {
+        let steady = |point: &Self| !point.fell && point.gait != Some(GaitClass::Mixed);
+        steady(self) && steady(next) && self.gait.is_some() && self.gait == next.gait
+    }
 }
 
 /// Of a point, the quantity that a panel shows.
@@ -169,7 +181,7 @@ pub fn sweep_figure(series: &[SweepSeries]) -> Result<Figure, FigureError> {
         }
         panel.frame(&mut canvas, true);
         if row > 0.0 {
-            panel.x_title(&mut canvas, "command ω\u{1d65}");
+            panel.x_title(&mut canvas, "command ω\u{1d65} (s/m)");
         }
     }
     Ok(Figure {
@@ -178,20 +190,22 @@ pub fn sweep_figure(series: &[SweepSeries]) -> Result<Figure, FigureError> {
 }
 
 fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &SweepSeries, of: Quantity, ink: Ink) {
-    let mut points: Vec<(f64, f64, bool)> = series
-        .points
-        .iter()
-        .filter_map(|point| Some((point.omega_v, of(point)?, point.fell)))
-        .collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let xs: Vec<f64> = points.iter().map(|point| point.0).collect();
-    let ys: Vec<f64> = points.iter().map(|point| point.1).collect();
-    if points.len() > 1 {
-        panel.curve(canvas, &xs, &ys, Paint::stroke(ink, 1.4));
+    let mut points: Vec<&SweepPoint> = series.points.iter().collect();
+    points.sort_by(|a, b| a.omega_v.total_cmp(&b.omega_v));
+    for part in points.chunk_by(|point, next| point.leads_to(next) && of(next).is_some()) {
+        let (xs, ys): (Vec<f64>, Vec<f64>) = part
+            .iter()
+            .filter_map(|point| Some((point.omega_v, of(point)?)))
+            .unzip();
+        if xs.len() > 1 {
+            panel.curve(canvas, &xs, &ys, Paint::stroke(ink, 1.4));
+        }
     }
-    for (x, y, fell) in points {
-        let fill = if fell { WHITE } else { ink };
-        canvas.circle(panel.place(x, y), 3.0, Paint::fill(fill).outlined(ink, 1.2));
+    for point in points {
+        let Some(y) = of(point) else { continue };
+        let fill = if point.fell { WHITE } else { ink };
+        let place = panel.place(point.omega_v, y);
+        canvas.circle(place, 3.0, Paint::fill(fill).outlined(ink, 1.2));
     }
 }
 

@@ -197,7 +197,7 @@ fn draw_command(canvas: &mut Canvas, panel: &Panel, motion: &Motion) {
     };
     let paint = Paint::stroke(COMMAND, 1.3).dashed("5 3");
     over.curve(canvas, motion.times(), command, paint);
-    panel.right_axis(canvas, &axis, "command ω\u{1d65}", COMMAND);
+    panel.right_axis(canvas, &axis, "command ω\u{1d65} (s/m)", COMMAND);
 }
 
 /// Swatches of the support phases and of the ramp, in as many rows as the width needs.

@@ -1,10 +1,10 @@
-//! The sweep shows every quantity of every command that is defined, marks the paper's values, and shows
-//! a fall as one.
+//! The sweep shows every quantity of every command that is defined, marks the paper's values, shows
+//! a fall as one, and joins commands of one gait only.
 
 mod common;
 
 use common::{count, drawn_size, keep};
-use gaitshift_analysis::{AnalysisOptions, summarise};
+use gaitshift_analysis::{AnalysisOptions, GaitClass, summarise};
 use gaitshift_figures::{FigureError, SweepPoint, SweepSeries, sweep_figure};
 
 const FIRST: &str = "fill=\"#0072b2\"";
@@ -21,6 +21,7 @@ fn point(omega_v: f64) -> SweepPoint {
     SweepPoint {
         omega_v,
         fell: false,
+        gait: Some(GaitClass::Walking),
         speed_m_per_s: Some(0.6 + 0.7 * omega_v),
         froude: Some(0.2 + 0.25 * omega_v),
         cost_of_transport: Some(0.3),
@@ -81,6 +82,37 @@ fn undefined_quantities_are_left_out_and_falls_are_hollow() {
         .lines()
         .filter(|line| line.starts_with("<circle") && line.contains("fill=\"#ffffff\""));
     assert_eq!(hollow.count(), 2);
+    drawn_size(&figure);
+}
+
+#[test]
+fn no_line_leads_through_a_gap_between_gaits_or_to_a_fall() {
+    // A line led from the fastest walk to the slowest run, through speeds that no motion has, and into falls.
+    let gaits = [
+        GaitClass::Walking,
+        GaitClass::Walking,
+        GaitClass::Mixed,
+        GaitClass::Mixed,
+        GaitClass::Running,
+        GaitClass::Running,
+        GaitClass::Running,
+        GaitClass::Running,
+    ];
+    let points: Vec<SweepPoint> = (0..8)
+        .zip(gaits)
+        .map(|(i, gait)| SweepPoint {
+            gait: Some(gait),
+            fell: i == 6,
+            ..point(0.5 * f64::from(i))
+        })
+        .collect();
+    let figure = sweep_figure(&[series("a", points)]).unwrap();
+    let lines = figure
+        .svg
+        .lines()
+        .filter(|line| line.starts_with("<polyline"));
+    // In each panel: the two walks, and the two runs before the fall.
+    assert_eq!(lines.count(), 6 * 2);
     drawn_size(&figure);
 }
 

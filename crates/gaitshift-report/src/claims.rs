@@ -219,7 +219,7 @@ fn highest_step_m(study: &Study, omega_v: f64) -> Option<f64> {
     for row in study
         .step_heights
         .iter()
-        .filter(|row| row.omega_v == omega_v && row.height_m > 0.0)
+        .filter(|row| row.omega_v == omega_v && row.height_m > 0.0 && !row.by_turns)
     {
         if row.successes < row.trials {
             break;

@@ -1,7 +1,7 @@
 //! The figures of a report, each with the numbers it shows.
 
-use crate::headline::{motions, two_gaits};
-use crate::study::{Measured, Plan, Steady, Study};
+use crate::headline::{clearance, least_steady_stair, motions, step_time_variation, two_gaits};
+use crate::study::{Measured, Plan, Steady, StepHeight, Study};
 use crate::table::{Table, cell};
 use crate::trace::{Trace, TraceRow};
 use crate::{ReportError, Subject};
@@ -12,6 +12,8 @@ use gaitshift_figures::{
     Bar, COLUMN_WIDTH, Chart, Figure, FigureOptions, PAGE_WIDTH, Series, bars_figure,
     charts_figure, episode_returns_figure, phase_between, stride_at, strobe, transition_figure,
 };
+
+use std::f64::consts::PI;
 
 const OMEGA_V: &str = "command ω\u{1d65} (s/m)";
 const FROUDE: &str = "Froude number v/√(g l)";
@@ -54,6 +56,7 @@ pub(crate) fn of_one(
     shown.extend(round_trip(m, plan)?);
     shown.extend(episodes(m)?);
     shown.extend(bifurcation(&m.study)?);
+    shown.extend(hip_phase(&m.study)?);
     shown.extend(stride_energies(subject, m, plan)?);
     for (recording, omega_v, name, title) in [
         (
@@ -76,12 +79,13 @@ pub(crate) fn of_one(
     shown.extend(leg_springs(subject, m)?);
     shown.extend(through_the_change(&m.study)?);
     shown.extend(steps_by_speed(&m.study)?);
+    shown.extend(ground_steps(&m.study, plan)?);
     Ok(shown)
 }
 
 /// The numbers of steady motions as a table.
 fn steady_table(name: &str, rows: &[(&str, &Steady)]) -> Table {
-    const NUMBERS: [(&str, Of); 19] = [
+    const NUMBERS: [(&str, Of); 30] = [
         ("speed_m_per_s", |r| r.summary.speed_m_per_s),
         ("froude", |r| r.summary.froude),
         ("double_support", |r| r.summary.double_support),
@@ -105,6 +109,27 @@ fn steady_table(name: &str, rows: &[(&str, &Steady)]) -> Table {
         ("step_length_m", |r| r.summary.step_length_m),
         ("duty_factor_right", |r| r.summary.duty_factor_right),
         ("duty_factor_left", |r| r.summary.duty_factor_left),
+        ("clearance_right_m", |r| r.summary.clearance_right_m),
+        ("clearance_left_m", |r| r.summary.clearance_left_m),
+        ("slip_work_j_per_m", |r| r.summary.slip_work_j_per_m),
+        ("drag_work_j_per_m", |r| r.summary.drag_work_j_per_m),
+        ("scuffs_per_step", |r| r.summary.scuffs_per_step),
+        ("step_time_variation_right", |r| {
+            r.summary.step_time_variation_right
+        }),
+        ("step_time_variation_left", |r| {
+            r.summary.step_time_variation_left
+        }),
+        ("step_length_variation_right", |r| {
+            r.summary.step_length_variation_right
+        }),
+        ("step_length_variation_left", |r| {
+            r.summary.step_length_variation_left
+        }),
+        ("hip_phase_rad", |r| r.summary.hip_phase_rad),
+        ("hip_phase_deviation_rad", |r| {
+            r.summary.hip_phase_deviation_rad
+        }),
         ("peak_force_right_body_weights", |r| {
             r.summary.peak_force_right_body_weights
         }),
@@ -219,6 +244,11 @@ fn sweep(studies: &[&Study]) -> Result<Shown, ReportError> {
                 x_title: OMEGA_V.to_owned(),
                 y_title: y_title.to_owned(),
                 series,
+                levels: match title {
+                    "speed" => human_transition(),
+                    "energy recovery" => human_recovery(),
+                    _ => Vec::new(),
+                },
                 y_shows: vec![0.0],
                 ..Chart::default()
             }
@@ -232,7 +262,9 @@ fn sweep(studies: &[&Study]) -> Result<Shown, ReportError> {
         name: "sweep".to_owned(),
         title: "Over the range of the command",
         caption: "Each mark is one motion from the default start, without action noise; the first 5 s are not measured. \
-                  The marks are not joined, because there is a gap between walk and run."
+                  The marks are not joined, because there is a gap between walk and run. People change between walk and run at v²/(g l) \
+                  of about 0.5 (Kram, Domingo and Ferris, J. Exp. Biol. 200, 1997), and recover up to about 0.65 of the energy walking \
+                  (Cavagna, Thys and Zamboni, J. Physiol. 262, 1976)."
             .to_owned(),
         figure: charts_figure(&charts, 3, PAGE_WIDTH, 130.0)?,
         table: steady_table("sweep", &rows),
@@ -363,11 +395,22 @@ fn round_trip(m: &Measured, plan: &Plan) -> Result<Option<Shown>, ReportError> {
         .iter()
         .map(GaitClass::to_string)
         .collect();
+    let took = m.study.round_trip.iter().filter_map(|change| {
+        let (from, to) = (change.gait_before?, change.gait_after?);
+        let steps = change.steps_to_change?;
+        let word = if steps == 1 { "step" } else { "steps" };
+        Some(format!(" From {from} to {to} within {steps} {word}."))
+    });
+    let took: Vec<String> = took.collect();
     let table = recording_table("walk-run-walk", recording, from_s, to_s);
     Ok(Some(Shown {
         name: "walk-run-walk".to_owned(),
         title: "Walk, run and walk again",
-        caption: format!("One motion; its gaits: {}.", gaits.join(", ")),
+        caption: format!(
+            "One motion; its gaits: {}.{}",
+            gaits.join(", "),
+            took.join("")
+        ),
         figure: charts_figure(&charts, 1, COLUMN_WIDTH, 100.0)?,
         table,
         wide: false,
@@ -431,16 +474,19 @@ fn bifurcation(study: &Study) -> Result<Option<Shown>, ReportError> {
         .map(|(k, &(y_title, of))| {
             let mut series = on_stairs(study, of);
             match k {
-                0 => series.push(Series::marks("random starts", started.clone())),
-                1 => series.push(Series::marks("random starts", started_duty.clone())),
+                0 => series.push(Series::marks("random starts", started.clone()).below()),
+                1 => series.push(Series::marks("random starts", started_duty.clone()).below()),
                 _ => {}
             }
-            // Random starts lie below.
-            series.rotate_right(usize::from(k < 2));
             Chart {
                 x_title: OMEGA_V.to_owned(),
                 y_title: y_title.to_owned(),
                 series,
+                levels: if k == 0 {
+                    human_transition()
+                } else {
+                    Vec::new()
+                },
                 y_shows: vec![0.0],
                 ..Chart::default()
             }
@@ -458,11 +504,143 @@ fn bifurcation(study: &Study) -> Result<Option<Shown>, ReportError> {
         name: "bifurcation".to_owned(),
         title: "The change of gait as a bifurcation",
         caption: format!(
-            "One motion whose command rises in small steps and falls again, and motions from random starts. {}{between}",
+            "One motion whose command rises in small steps and falls again, and motions from random starts. {}{between} People change \
+             gait at v²/(g l) of about 0.5, v/√(g l) of 0.71 (Kram, Domingo and Ferris, J. Exp. Biol. 200, 1997).",
             hysteresis(study)
         ),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 150.0)?,
         table: stairs_table("bifurcation", study),
+        wide: true,
+    }))
+}
+
+/// The speed at which people change between walk and run: v²/(g l) = 0.5.
+fn human_transition() -> Vec<(f64, String)> {
+    vec![(0.5_f64.sqrt(), "people change gait".to_owned())]
+}
+
+/// The greatest share of energy that people recover as a pendulum does.
+fn human_recovery() -> Vec<(f64, String)> {
+    vec![(0.65, "people walking, at best".to_owned())]
+}
+
+/// The phase between the hips and how steady the stride is, through the change of gait.
+fn hip_phase(study: &Study) -> Result<Option<Shown>, ReportError> {
+    let panels: [(&str, Of, f64); 4] = [
+        ("left to right hip (rad)", |r| r.summary.hip_phase_rad, PI),
+        (
+            "its deviation (rad)",
+            |r| r.summary.hip_phase_deviation_rad,
+            0.0,
+        ),
+        (
+            "step time variation",
+            |r| step_time_variation(&r.summary),
+            0.0,
+        ),
+        (
+            "clearance (mm)",
+            |r| Some(1e3 * clearance(&r.summary)?),
+            0.0,
+        ),
+    ];
+    if points(&study.stairs_up, omega_v, panels[0].1).is_empty() {
+        return Ok(None);
+    }
+    let charts = panels.map(|(y_title, of, shows)| Chart {
+        x_title: OMEGA_V.to_owned(),
+        y_title: y_title.to_owned(),
+        series: on_stairs(study, of),
+        y_shows: vec![shows],
+        ..Chart::default()
+    });
+    let least = least_steady_stair(study).map_or_else(String::new, |stair| {
+        format!(
+            " It is greatest, {:.2} rad, at {}.",
+            stair.summary.hip_phase_deviation_rad.unwrap_or_default(),
+            stair.omega_v
+        )
+    });
+    Ok(Some(Shown {
+        name: "hip-phase".to_owned(),
+        title: "Phase between the hips and steadiness of the stride through the change of gait",
+        caption: format!(
+            "On the stairs of the bifurcation. Where in the right leg’s cycle of the hip angle the left leg is foremost: π where legs \
+             alternate evenly. Its circular standard deviation from stride to stride is the root of its variance.{least} In people \
+             relative phases jump at the change of gait and fluctuate more before it (Diedrich and Warren, J. Exp. Psychol.: Human Percept. Perform. 21, 1995). \
+             Variation: standard deviation over mean. Clearance: height of the sole’s lowest point as a leg swings past the other. \
+             Means of right and left."
+        ),
+        figure: charts_figure(&charts, 2, PAGE_WIDTH, 120.0)?,
+        table: stairs_table("hip-phase", study),
+        wide: true,
+    }))
+}
+
+/// Which heights of steps in the ground are passed.
+fn ground_steps(study: &Study, plan: &Plan) -> Result<Option<Shown>, ReportError> {
+    let kind = |row: &StepHeight| match (row.by_turns, row.height_m > 0.0) {
+        (true, _) => "up and down by turns, every 50 cm",
+        (false, true) => "one step up",
+        (false, false) => "one step down",
+    };
+    let mut table = Table::new(
+        "ground-steps",
+        &["omega_v", "steps", "height_m", "passed", "tried"],
+    );
+    for row in &study.step_heights {
+        table.rows.push(vec![
+            cell(Some(row.omega_v)),
+            kind(row).to_owned(),
+            cell(Some(row.height_m)),
+            row.successes.to_string(),
+            row.trials.to_string(),
+        ]);
+    }
+    let mut charts = Vec::new();
+    for (omega_v, title, theirs_cm) in [
+        (plan.gaits[0], "walking", 1.0),
+        (plan.gaits[1], "running", 0.8),
+    ] {
+        let mut series: Vec<Series> = [
+            "one step up",
+            "one step down",
+            "up and down by turns, every 50 cm",
+        ]
+        .into_iter()
+        .map(|name| {
+            let rows = study.step_heights.iter();
+            let of_kind = rows.filter(|row| row.omega_v == omega_v && kind(row) == name);
+            let share = |row: &StepHeight| row.successes as f64 / row.trials.max(1) as f64;
+            let passed = of_kind.map(|row| (100.0 * row.height_m.abs(), share(row)));
+            Series::marked_line(name, passed.collect())
+        })
+        .collect();
+        series.push(Series::marks(
+            "step up survived in the journal version",
+            vec![(theirs_cm, 1.0)],
+        ));
+        charts.push(Chart {
+            title: format!("{title}, ω\u{1d65} = {omega_v}"),
+            x_title: "height of the step (cm)".to_owned(),
+            y_title: "share of places passed".to_owned(),
+            series,
+            y_shows: vec![0.0],
+            ..Chart::default()
+        });
+    }
+    if study.step_heights.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Shown {
+        name: "ground-steps".to_owned(),
+        title: "Steps in the ground",
+        caption: "Each height is tried with the first face at several places 5 cm apart, over half a metre; passed is what the body gets 4 m \
+                  beyond. Heights after the first that is passed nowhere are not tried. By turns, the ground rises and falls again every \
+                  50 cm until there."
+            .to_owned(),
+        figure: charts_figure(&charts, 2, PAGE_WIDTH, 130.0)?,
+        table,
         wide: true,
     }))
 }
@@ -743,6 +921,10 @@ fn ground_reaction(subject: &Subject, m: &Measured) -> Result<Option<Shown>, Rep
             x_title: "share of stance".to_owned(),
             y_title: "force (body weights)".to_owned(),
             series,
+            levels: match title {
+                "low commands" => vec![(1.2, "people walking, greatest".to_owned())],
+                _ => vec![(2.5, "people running, greatest".to_owned())],
+            },
             y_shows: vec![0.0],
             x_range: Some((0.0, 1.0)),
             ..Chart::default()
@@ -756,7 +938,8 @@ fn ground_reaction(subject: &Subject, m: &Measured) -> Result<Option<Shown>, Rep
         title: "Vertical ground reaction over stance",
         caption: "Mean over the stances of both legs, from forces at the integration step; the peak at touchdown lasts a few \
                   milliseconds and is higher in each stance than in their mean. Human curves have two humps in walking and one in \
-                  running, after a small impact."
+                  running, after a small impact; the greatest force is 1.2 body weights walking at 1.5 m/s and about 2.5 running at \
+                  6 m/s (Keller and others, Clin. Biomech. 11, 1996)."
             .to_owned(),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 150.0)?,
         table,
@@ -843,6 +1026,10 @@ fn through_the_change(study: &Study) -> Result<Option<Shown>, ReportError> {
         x_title: OMEGA_V.to_owned(),
         y_title: y_title.to_owned(),
         series: on_stairs(study, of),
+        levels: match y_title {
+            "energy recovery" => human_recovery(),
+            _ => Vec::new(),
+        },
         y_shows: vec![0.0],
         ..Chart::default()
     });
@@ -850,7 +1037,8 @@ fn through_the_change(study: &Study) -> Result<Option<Shown>, ReportError> {
         name: "through-the-change".to_owned(),
         title: "Pendular recovery and work through the change of gait",
         caption: "From the motions of the bifurcation figure with rising and falling command. Recovery is that of the centre of \
-                  mass, after Cavagna; work is the positive work of both actuators."
+                  mass, after Cavagna; people recover up to about 0.65 at medium walking speeds and 0 to 0.04 running (Cavagna, Thys and \
+                  Zamboni, J. Physiol. 262, 1976). Work is the positive work of both actuators."
             .to_owned(),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 140.0)?,
         table: stairs_table("through-the-change", study),

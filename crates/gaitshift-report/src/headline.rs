@@ -42,14 +42,15 @@ type Of = fn(&Study) -> Option<f64>;
 const TRANSITION: &str = "about 0.5 (Kram, Domingo and Ferris, J. Exp. Biol. 200, 1997)";
 const RECOVERY_WALK: &str = "0.43 before people begin to run, up to about 0.65 at middling speeds (Segers and others, \
     J. Exp. Biol. 210, 2007; Cavagna, Thys and Zamboni, J. Physiol. 262, 1976)";
-const RECOVERY_RUN: &str = "0.05 (Segers and others, 2007)";
+const RECOVERY_RUN: &str = "0 to 0.04 (Cavagna, Thys and Zamboni, 1976); 0.05 just after the change (Segers and others, 2007)";
+const FLUCTUATIONS: &str = "greater before the change of gait (Diedrich and Warren, 1995)";
 const PEAK_WALK: &str = "1.2 at 1.5 m/s (Keller and others, Clin. Biomech. 11, 1996)";
 const PEAK_RUN: &str =
     "to about 2.5 at 6 m/s, over 50 % more in slow jogging (Keller and others, 1996)";
 const HYSTERESIS: &str = "present (Diedrich and Warren, J. Exp. Psychol. 21, 1995)";
 const SPRING_MASS: &str = "near 1 in a spring-mass model (Blickhan, J. Biomech. 22, 1989)";
 
-const NUMBERS: [(&str, &str, Of, &str); 21] = [
+const NUMBERS: [(&str, &str, Of, &str); 32] = [
     (
         "greatest v²/(g l) of a steady walk",
         TRANSITION,
@@ -173,6 +174,72 @@ const NUMBERS: [(&str, &str, Of, &str); 21] = [
         "gaitshift evaluate --json",
     ),
     (
+        "deviation of the phase between the hips from stride to stride, greatest on the stairs (rad)",
+        FLUCTUATIONS,
+        |s| least_steady_stair(s)?.summary.hip_phase_deviation_rad,
+        "gaitshift report",
+    ),
+    (
+        "command on the stairs at which it is greatest",
+        FLUCTUATIONS,
+        |s| Some(least_steady_stair(s)?.omega_v),
+        "gaitshift report",
+    ),
+    (
+        "the same deviation at ω_v = 0 (rad)",
+        "",
+        |s| s.at(0.0)?.hip_phase_deviation_rad,
+        "gaitshift evaluate --json",
+    ),
+    (
+        "clearance of a foot swinging past the other, ω_v = 0 (m)",
+        "",
+        |s| clearance(s.at(0.0)?),
+        "gaitshift evaluate --json",
+    ),
+    (
+        "clearance of a foot swinging past the other, ω_v = 3 (m)",
+        "",
+        |s| clearance(s.at(3.0)?),
+        "gaitshift evaluate --json",
+    ),
+    (
+        "slip: friction of standing feet, ω_v = 0 (J/m)",
+        "",
+        |s| s.at(0.0)?.slip_work_j_per_m,
+        "gaitshift evaluate --json",
+    ),
+    (
+        "slip: friction of standing feet, ω_v = 3 (J/m)",
+        "",
+        |s| s.at(3.0)?.slip_work_j_per_m,
+        "gaitshift evaluate --json",
+    ),
+    (
+        "drag: friction of swinging feet, ω_v = 0 (J/m)",
+        "",
+        |s| s.at(0.0)?.drag_work_j_per_m,
+        "gaitshift evaluate --json",
+    ),
+    (
+        "drag: friction of swinging feet, ω_v = 3 (J/m)",
+        "",
+        |s| s.at(3.0)?.drag_work_j_per_m,
+        "gaitshift evaluate --json",
+    ),
+    (
+        "variation of the step time, ω_v = 0 (deviation over mean)",
+        "",
+        |s| step_time_variation(s.at(0.0)?),
+        "gaitshift evaluate --json",
+    ),
+    (
+        "variation of the step time, ω_v = 3 (deviation over mean)",
+        "",
+        |s| step_time_variation(s.at(3.0)?),
+        "gaitshift evaluate --json",
+    ),
+    (
         "correlation of leg springs' and kinetic energy, single support, ω_v = 3",
         "",
         |s| s.at(3.0)?.leg_spring_kinetic_correlation_single_support,
@@ -261,6 +328,24 @@ fn peak(summary: &GaitSummary) -> Option<f64> {
         summary.peak_force_left_body_weights?,
     );
     Some(0.5 * (right + left))
+}
+
+/// Means of right and left.
+pub(crate) fn clearance(summary: &GaitSummary) -> Option<f64> {
+    Some(0.5 * (summary.clearance_right_m? + summary.clearance_left_m?))
+}
+
+pub(crate) fn step_time_variation(summary: &GaitSummary) -> Option<f64> {
+    Some(0.5 * (summary.step_time_variation_right? + summary.step_time_variation_left?))
+}
+
+/// The stair, up or down, on which the phase between the hips differs most from stride to stride.
+pub(crate) fn least_steady_stair(study: &Study) -> Option<&Steady> {
+    let deviation = |row: &Steady| row.summary.hip_phase_deviation_rad.unwrap_or(-1.0);
+    let stairs = study.stairs_up.iter().chain(&study.stairs_down);
+    stairs
+        .filter(|row| row.summary.hip_phase_deviation_rad.is_some())
+        .max_by(|a, b| deviation(a).total_cmp(&deviation(b)))
 }
 
 fn landing(study: &Study, omega_v: f64) -> Option<&crate::Landing> {

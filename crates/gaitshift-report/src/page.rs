@@ -3,10 +3,10 @@
 use crate::claims::{Finding, Verdict, by_sensitivity};
 use crate::figures::Shown;
 use crate::headline::HeadlineNumber;
-use crate::study::{Change, Measured, Plan, Steady, Study};
+use crate::study::{Change, Measured, Plan, Steady, StepHeight, Study};
 use crate::write::Group;
-use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::statistics::wilson_interval;
+use gaitshift_analysis::{GaitClass, GaitSummary};
 use gaitshift_experiment::Estimate;
 use std::fmt::Write;
 
@@ -22,8 +22,9 @@ const ASSUMPTIONS: [&str; 8] = [
     "A walk has double support and no flight in its steps, a run flight and no double support. A foot is in contact from 5 % of body \
      weight until less than 1 %; contacts shorter than 80 ms do not count (docs/learning.md).",
     "Fr is v/√(g l) as in the papers. The classic Froude number is its square.",
-    "Steps in the ground are single ones, each height tried with the face at several places 5 cm apart; a height counts as survived \
-     if at every place, and for every lower height, the body gets 4 m beyond it.",
+    "Steps in the ground are single ones in the claims, each height tried with the face at several places 5 cm apart; a height counts as \
+     survived if at every place, and for every lower height, the body gets 4 m beyond it. Rows of steps that lead up and down by turns \
+     every 50 cm are shown beside them.",
     "Noise is Gaussian, on one observation (of both legs) at a time, drawn anew in every control period. Its size is given in standard \
      deviations of the same observation in the undisturbed motion. Success is 10 m walked or 20 m run, as in the journal version.",
     "The sample size is the number of seeds. Over several seeds numbers are interquartile means with 95 % bootstrap intervals, and \
@@ -108,6 +109,7 @@ pub(crate) fn html(
     }
 
     page.push("<h2 id=\"tables\">Tables</h2>\n");
+    page.feet(measured, plan);
     for m in measured {
         if measured.len() > 1 {
             page.write(format_args!("<h3>{}</h3>\n", Escaped(&m.study.name)));
@@ -241,6 +243,64 @@ impl Page {
         ));
     }
 
+    /// Whether it drags its feet, hops or stumbles: one row for each controller and gait.
+    fn feet(&mut self, measured: &[Measured], plan: &Plan) {
+        /// Title of a column, and the values in it.
+        type Column = (&'static str, fn(&GaitSummary) -> [Option<f64>; 2]);
+        const COLUMNS: [Column; 4] = [
+            ("clearance (m): right, left", |s| {
+                [s.clearance_right_m, s.clearance_left_m]
+            }),
+            ("slip, drag (J/m)", |s| {
+                [s.slip_work_j_per_m, s.drag_work_j_per_m]
+            }),
+            ("step time varies by: right, left", |s| {
+                [s.step_time_variation_right, s.step_time_variation_left]
+            }),
+            ("step length varies by: right, left", |s| {
+                [s.step_length_variation_right, s.step_length_variation_left]
+            }),
+        ];
+        self.push(
+            "<h3>Feet and steadiness</h3>\n<div class=\"scroll\"><table><thead><tr><th>name</th><th class=\"number\">ω<sub>v</sub></th>\
+             <th>gait</th>",
+        );
+        for (title, _) in COLUMNS {
+            self.write(format_args!("<th class=\"number\">{title}</th>"));
+        }
+        self.push(
+            "<th class=\"number\">scuffs per step</th><th class=\"number\">steps onto the other foot</th>\
+             <th class=\"number\">left to right hip, deviation (rad)</th></tr></thead><tbody>\n",
+        );
+        let word = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), short);
+        for study in measured.iter().map(|m| &m.study) {
+            for omega_v in plan.gaits {
+                let Some(s) = study.at(omega_v) else { continue };
+                self.write(format_args!(
+                    "<tr><td>{}</td><td class=\"number\">{omega_v}</td><td>{}</td>",
+                    Escaped(&study.name),
+                    s.gait
+                ));
+                let pairs = COLUMNS.iter().map(|(_, of)| of(s));
+                let phase = [s.hip_phase_rad, s.hip_phase_deviation_rad];
+                let cells = pairs
+                    .map(|pair| pair.map(word).join(", "))
+                    .chain([word(s.scuffs_per_step), word(s.steps_alternating)])
+                    .chain([phase.map(word).join(", ")]);
+                for cell in cells {
+                    self.write(format_args!("<td class=\"number\">{cell}</td>"));
+                }
+                self.push("</tr>\n");
+            }
+        }
+        self.push(
+            "</tbody></table></div>\n<p class=\"quiet\">Clearance: height of the sole’s lowest point as a leg swings past the other; none if \
+             the legs swing together. Slip: friction of feet in stance, drag: of all others, per metre of way. Steps vary by their standard \
+             deviation over their mean. The phase is π where legs alternate evenly, 0 in a hop; its circular deviation is from stride to \
+             stride.</p>\n",
+        );
+    }
+
     fn changes(&mut self, study: &Study) {
         self.push("<h3>Changes of gait by phase of the stride</h3>\n");
         for (name, changes, from, to) in [
@@ -319,19 +379,17 @@ impl Page {
     }
 
     fn step_heights(&mut self, study: &Study) {
-        self.push("<h3>Single steps in the ground: places passed</h3>\n<div class=\"scroll\"><table><thead><tr><th>motion</th><th>passed, by height in cm</th></tr></thead><tbody>\n");
-        let mut kinds: Vec<(f64, bool)> = Vec::new();
+        self.push("<h3>Steps in the ground: places passed</h3>\n<div class=\"scroll\"><table><thead><tr><th>motion</th><th>passed, by height in cm</th></tr></thead><tbody>\n");
+        let kind_of = |row: &StepHeight| (row.omega_v, row.height_m > 0.0, row.by_turns);
+        let mut kinds: Vec<(f64, bool, bool)> = Vec::new();
         for row in &study.step_heights {
-            let kind = (row.omega_v, row.height_m > 0.0);
-            if !kinds.contains(&kind) {
-                kinds.push(kind);
+            if !kinds.contains(&kind_of(row)) {
+                kinds.push(kind_of(row));
             }
         }
-        for (omega_v, up) in kinds {
-            let rows = study
-                .step_heights
-                .iter()
-                .filter(|r| r.omega_v == omega_v && (r.height_m > 0.0) == up);
+        for kind in kinds {
+            let (omega_v, up, by_turns) = kind;
+            let rows = study.step_heights.iter().filter(|r| kind_of(r) == kind);
             let cells: Vec<String> = rows
                 .map(|r| {
                     format!(
@@ -344,7 +402,11 @@ impl Page {
                 .collect();
             self.write(format_args!(
                 "<tr><td>ω<sub>v</sub> = {omega_v}, {}</td><td>{}</td></tr>\n",
-                if up { "up" } else { "down" },
+                match (by_turns, up) {
+                    (true, _) => "up and down every 50 cm",
+                    (false, true) => "up",
+                    (false, false) => "down",
+                },
                 cells.join("; ")
             ));
         }

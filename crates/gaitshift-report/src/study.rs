@@ -4,8 +4,8 @@ use crate::trace::Trace;
 use crate::{Episodes, ReportError, ReturnMap, Subject};
 use gaitshift_analysis::recording::{Recording, Window, column};
 use gaitshift_analysis::{
-    AnalysisOptions, GaitClass, GaitSummary, TransitionOptions, TransitionSummary, summarise,
-    summarise_transition,
+    AnalysisOptions, GaitChange, GaitClass, GaitSummary, TransitionOptions, TransitionSummary,
+    changes_of_gait, summarise, summarise_transition,
 };
 use gaitshift_body::{Body, BodyParameters};
 use gaitshift_experiment::{CommandProfile, Deterministic, Rollout, Simulation};
@@ -198,13 +198,15 @@ impl Landing {
     }
 }
 
-/// Attempts at a step in the ground.
+/// Attempts at a step in the ground, or at a row of them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StepHeight {
     /// The command.
     pub omega_v: f64,
     /// Height in m; negative leads down.
     pub height_m: f64,
+    /// Whether it is not a single step but leads up and down by turns every 50 cm.
+    pub by_turns: bool,
     /// Attempts in which it got beyond, the step at another place each time.
     pub successes: usize,
     /// Attempts.
@@ -257,6 +259,8 @@ pub struct Study {
     pub to_walking: Vec<Change>,
     /// The gaits of a walk, run and walk again in one motion; the last is only there if it did not fall.
     pub walk_run_walk: Vec<GaitClass>,
+    /// Its changes of gait, each with the steps that it takes.
+    pub round_trip: Vec<GaitChange>,
     /// Steps in the ground.
     pub step_heights: Vec<StepHeight>,
     /// Noise.
@@ -290,10 +294,12 @@ pub struct Measured {
 const AROUND_S: f64 = 10.0;
 /// The part of a motion that is followed at the integration step, in s.
 const TRACED_S: [f64; 2] = [15.0, 19.0];
-/// Where the first step in the ground is tried, and how far apart the places are, in m.
+/// Where the first step in the ground is tried, how far apart the places are, how far beyond it the body must get, and how far
+/// apart the steps of a row are, in m.
 const STEP_AT_M: f64 = 5.0;
 const STEP_APART_M: f64 = 0.05;
 const BEYOND_STEP_M: f64 = 4.0;
+const ROW_APART_M: f64 = 0.5;
 /// Ways that count as success under noise, walking and running, in m, as in the journal version.
 const NOISY_WAYS_M: [f64; 2] = [10.0, 20.0];
 
@@ -343,12 +349,16 @@ impl Measured {
             .then_ramp(walk, 2.0 * AROUND_S, plan.ramp_s);
         let round_trip = record(subject, &profile, 3.0 * AROUND_S, None)?;
         let walk_run_walk = gaits_of_round_trip(&round_trip);
+        let ramps = [1.0, 2.0].map(|k| (k * AROUND_S, k * AROUND_S + plan.ramp_s));
+        let options = TransitionOptions::default();
+        let round_trip_changes = changes_of_gait(&round_trip, &ramps, &options);
 
         progress("steps in the ground");
         let mut step_heights = Vec::new();
         for omega_v in plan.gaits {
-            for sign in [1.0, -1.0] {
-                step_heights.extend(steps_in_the_ground(subject, plan, omega_v, sign));
+            for (sign, by_turns) in [(1.0, false), (-1.0, false), (1.0, true)] {
+                let rows = steps_in_the_ground(subject, plan, omega_v, sign, by_turns);
+                step_heights.extend(rows);
             }
         }
         progress("sensor noise");
@@ -394,6 +404,7 @@ impl Measured {
             to_running,
             to_walking,
             walk_run_walk,
+            round_trip: round_trip_changes,
             step_heights,
             noise,
             return_maps,
@@ -626,15 +637,7 @@ fn gaits_of_round_trip(recording: &Recording) -> Vec<GaitClass> {
 
 /// What a stretch of a recording is.
 fn gait_between(recording: &Recording, from_s: f64, to_s: f64) -> Option<GaitClass> {
-    let window = recording.window(from_s, to_s)?;
-    let mut part = Recording::new(recording.metadata.clone());
-    for row in window.start_row()..=window.end_row() {
-        let values: Vec<f64> = recording
-            .named_columns()
-            .map(|(_, series)| series[row])
-            .collect();
-        part.push_row(&values).ok()?;
-    }
+    let part = recording.part(recording.window(from_s, to_s)?);
     let options = AnalysisOptions {
         settling_time_s: 0.0,
         ..AnalysisOptions::default()
@@ -642,28 +645,37 @@ fn gait_between(recording: &Recording, from_s: f64, to_s: f64) -> Option<GaitCla
     Some(summarise(&part, &options).gait)
 }
 
-/// Steps of growing height until one is not passed at a single place.
+/// Steps of growing height until one is not passed at a single place; by turns, each is followed by one that leads back.
 fn steps_in_the_ground(
     subject: &mut Subject,
     plan: &Plan,
     omega_v: f64,
     sign: f64,
+    by_turns: bool,
 ) -> Vec<StepHeight> {
+    let count = if by_turns {
+        (BEYOND_STEP_M / ROW_APART_M) as usize
+    } else {
+        1
+    };
     let mut rows = Vec::new();
     for height_m in commands(plan.step_heights_m) {
         let passed = (0..plan.trials).filter(|&k| {
             let at_m = STEP_AT_M + STEP_APART_M * k as f64;
             let mut disturbance = Disturbance::default();
-            disturbance.terrain.steps.push(TerrainStep {
-                height_m: sign * height_m,
-                at_m,
-            });
+            disturbance.terrain.steps = (0..count)
+                .map(|n| TerrainStep {
+                    height_m: if n % 2 == 0 { sign } else { -sign } * height_m,
+                    at_m: at_m + ROW_APART_M * n as f64,
+                })
+                .collect();
             gets_to(subject, &disturbance, omega_v, at_m + BEYOND_STEP_M, 1)
         });
         let successes = passed.count();
         rows.push(StepHeight {
             omega_v,
             height_m: sign * height_m,
+            by_turns,
             successes,
             trials: plan.trials as usize,
         });

@@ -73,14 +73,23 @@ fn study(walk: f64, run: f64) -> Study {
         ],
         to_walking: Vec::new(),
         walk_run_walk: Vec::new(),
-        step_heights: [(0.01, 10), (0.02, 10), (0.03, 9), (0.04, 10)]
-            .map(|(height_m, successes)| StepHeight {
-                omega_v: 0.0,
-                height_m,
-                successes,
-                trials: 10,
-            })
-            .to_vec(),
+        round_trip: Vec::new(),
+        // A row of steps by turns is no single step.
+        step_heights: [
+            (0.01, 10, false),
+            (0.02, 10, false),
+            (0.03, 9, false),
+            (0.04, 10, false),
+            (0.01, 0, true),
+        ]
+        .map(|(height_m, successes, by_turns)| StepHeight {
+            omega_v: 0.0,
+            height_m,
+            by_turns,
+            successes,
+            trials: 10,
+        })
+        .to_vec(),
         noise: Vec::new(),
         return_maps: Vec::new(),
         landings: Vec::new(),

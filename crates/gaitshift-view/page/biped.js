@@ -62,7 +62,9 @@ function sphereCenter(body, psi, foot, index) {
 }
 
 function drawLeg(context, view, body, pose, side) {
-  const colour = side === 0 ? ink.right : ink.left;
+  // As in the pictures, the left leg, which is behind, is paler: both colours are equally dark in grey.
+  const full = side === 0 ? ink.right : ink.left, far = side === 1;
+  const colour = far ? mix(full, "#ffffff", 0.55) : full;
   const h = pose["h" + side], d = pose["d" + side], w = pose["w" + side];
   const psi = pose.theta + pose["phi" + side];
   const sin = Math.sin(psi), cos = Math.cos(psi), l = body.leg_length_m;
@@ -70,7 +72,7 @@ function drawLeg(context, view, body, pose, side) {
   const block = (down, across, fill, edge, width) =>
     fillShape(context, [[down[0], across[0]], [down[0], across[1]], [down[1], across[1]], [down[1], across[0]]].map(at), fill, edge, width);
   const px = (metres) => Math.max(metres * view.scale, 0.4);
-  const dark = mix(colour, "#000000", 0.45), light = mix(colour, "#ffffff", 0.6), edge = px(0.008 * l);
+  const dark = mix(full, "#000000", 0.45), light = mix(full, "#ffffff", far ? 0.85 : 0.6), edge = px(0.008 * l);
   const thighTop = 0.24 * l + h, thighBottom = 0.43 * l + h, footShift = h - d;
   const soleHeight = body.foot_arc_radius_m * (1 - Math.cos(body.foot_arc_half_angle_rad));
   const plate = l - Math.min(soleHeight + 0.07 * l, 0.35 * l) + footShift;

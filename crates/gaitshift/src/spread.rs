@@ -2,7 +2,7 @@
 
 use crate::gaits::Row;
 use crate::output::{self, number};
-use gaitshift_analysis::GaitSummary;
+use gaitshift_analysis::{GaitClass, GaitSummary};
 use gaitshift_figures::SweepPoint;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -49,6 +49,9 @@ pub struct Spread {
     pub falls: usize,
     /// Number of motions of each gait.
     pub gaits: BTreeMap<String, usize>,
+    /// The gait of all of them, if it is one.
+    #[serde(skip)]
+    pub gait: Option<GaitClass>,
     /// Mean forward speed, m/s.
     pub speed_m_per_s: Moments,
     /// Froude number.
@@ -73,6 +76,8 @@ impl Spread {
         for motion in motions {
             *gaits.entry(motion.gait.to_string()).or_insert(0) += 1;
         }
+        let mut each = motions.iter().map(|motion| motion.gait);
+        let gait = each.next().filter(|first| each.all(|gait| gait == *first));
         let moments = |value: fn(&GaitSummary) -> Option<f64>| {
             Moments::of(motions.iter().filter(|s| !s.fell).map(|s| value(s)))
         };
@@ -81,6 +86,7 @@ impl Spread {
             motions: motions.len(),
             falls: motions.iter().filter(|s| s.fell).count(),
             gaits,
+            gait,
             speed_m_per_s: moments(|s| s.speed_m_per_s),
             froude: moments(|s| s.froude),
             double_support: moments(|s| s.double_support),
@@ -97,6 +103,7 @@ impl Spread {
         Some(SweepPoint {
             omega_v: self.omega_v?,
             fell: self.falls > 0,
+            gait: self.gait,
             speed_m_per_s: self.speed_m_per_s.mean,
             froude: self.froude.mean,
             cost_of_transport: self.cost_of_transport.mean,

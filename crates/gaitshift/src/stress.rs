@@ -174,7 +174,7 @@ fn write_figure(result: &Stress, path: &Path) -> Result<Vec<PathBuf>, Failure> {
         };
         let x_title = match limit.phase {
             Some(_) => "phase of the stride".to_owned(),
-            None => "command ω\u{1d65}".to_owned(),
+            None => "command ω\u{1d65} (s/m)".to_owned(),
         };
         let index = match panels.iter().position(|panel| panel.title == title) {
             Some(index) => index,

@@ -5,7 +5,10 @@ use crate::failure::Failure;
 use crate::motion::{Subject, read_profile, write_recording};
 use crate::output::{self, number};
 use gaitshift_analysis::recording::{Recording, column};
-use gaitshift_analysis::{GaitClass, TransitionOptions, TransitionSummary, summarise_transition};
+use gaitshift_analysis::{
+    GaitChange, GaitClass, TransitionOptions, TransitionSummary, changes_of_gait,
+    summarise_transition,
+};
 use gaitshift_experiment::CommandProfile;
 use gaitshift_figures::{FigureOptions, transition_figure};
 use serde::Serialize;
@@ -13,6 +16,8 @@ use std::path::{Path, PathBuf};
 
 /// What the figure shows before the ramp and after it, in s.
 const SHOWN_S: f64 = 2.5;
+/// Shortest rest of the command between two changes that makes them two: a gait needs some strides to be told, in s.
+const REST_S: f64 = 4.0;
 
 /// A change of the command.
 #[derive(Debug)]
@@ -62,6 +67,7 @@ struct Outcome<'a> {
     disturbance: Option<&'a serde_json::Value>,
     #[serde(flatten)]
     summary: &'a TransitionSummary,
+    changes: &'a [GaitChange],
 }
 
 /// Runs the command.
@@ -76,7 +82,9 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
     subject.disturb(a.disturbances.read()?);
     let recording = subject.record(&change.profile, change.duration_s)?;
     let (start_s, end_s) = change.ramp;
-    let summary = summarise_transition(&recording, start_s, end_s, &TransitionOptions::default());
+    let options = TransitionOptions::default();
+    let summary = summarise_transition(&recording, start_s, end_s, &options);
+    let changes = changes_of_gait(&recording, &change.profile.changes_s(REST_S), &options);
 
     let default_folder = (!a.json).then(|| PathBuf::from("out/transition"));
     let mut files = Vec::new();
@@ -93,6 +101,7 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
         return output::json(&Outcome {
             disturbance: recording.metadata.disturbance.as_ref(),
             summary: &summary,
+            changes: &changes,
         });
     }
     output::line(&format!(
@@ -104,6 +113,11 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
     ))?;
     for line in describe(&summary) {
         output::line(&line)?;
+    }
+    if changes.len() > 1 {
+        for change in &changes {
+            output::line(&describe_one(change))?;
+        }
     }
     output::written(&files)
 }
@@ -133,6 +147,27 @@ pub fn write_figure(
         .map_err(output::figure_failure)
 }
 
+/// How long a change of gait takes, in words.
+fn within(steps: Option<usize>) -> String {
+    match steps {
+        Some(1) => ", changed with the first step".to_owned(),
+        Some(steps) => format!(", changed within {steps} steps"),
+        None => String::new(),
+    }
+}
+
+/// One of several changes.
+fn describe_one(change: &GaitChange) -> String {
+    let gait = |gait: Option<GaitClass>| gait.map_or_else(|| "-".to_owned(), |g| g.to_string());
+    format!(
+        "from {} s on     {} → {}{}",
+        change.start_s,
+        gait(change.gait_before),
+        gait(change.gait_after),
+        within(change.steps_to_change)
+    )
+}
+
 /// A change in a few lines.
 pub fn describe(s: &TransitionSummary) -> Vec<String> {
     let both = |before: Option<f64>, after: Option<f64>| {
@@ -144,11 +179,7 @@ pub fn describe(s: &TransitionSummary) -> Vec<String> {
     } else {
         format!("fell at {:.2} s", s.survived_s)
     };
-    let steps = match s.steps_to_change {
-        Some(1) => ", changed with the first step".to_owned(),
-        Some(steps) => format!(", changed within {steps} steps"),
-        None => String::new(),
-    };
+    let steps = within(s.steps_to_change);
     vec![
         fate,
         format!(

@@ -97,6 +97,32 @@ fn from_the_first_change_to_the_last_is_the_ramp() {
     assert_eq!(value["ramp_end_s"], 5.0);
 }
 
+// A profile that goes up and down again had no number of steps at all.
+#[test]
+fn each_change_of_a_profile_has_its_steps() {
+    let place = Place::new();
+    place.write("trip.csv", "time_s,omega_v\n10,0\n10.4,3\n20,3\n20.4,0\n");
+    let transition = "transition --command-profile trip.csv --after-s 10";
+    let value = place.json(&format!("{transition} --json"));
+    assert!(value["steps_to_change"].is_null());
+    let changes = value["changes"].as_array().unwrap();
+    for (change, (start_s, before, after)) in changes
+        .iter()
+        .zip([(10.0, "walking", "running"), (20.0, "running", "walking")])
+    {
+        assert_eq!(change["start_s"], start_s);
+        assert_eq!(change["gait_before"], before);
+        assert_eq!(change["gait_after"], after);
+        assert!((1..20).contains(&change["steps_to_change"].as_u64().unwrap()));
+    }
+    assert_eq!(changes.len(), 2);
+    let text = place.stdout(transition);
+    assert!(
+        text.contains("from 20 s on     running → walking, changed"),
+        "{text}"
+    );
+}
+
 // What was "before" a command that changes from the start on was made up.
 #[test]
 fn before_a_change_from_the_start_on_there_is_no_gait() {

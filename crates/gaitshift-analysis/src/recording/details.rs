@@ -64,6 +64,7 @@ details! {
     FLIGHT_SHARE "flight_share" "Share of the period's integration steps in which no foot touches the ground, in [0, 1].";
     }
     PEAK_NORMAL_FORCE_N RIGHT_PEAK "right_peak_normal_force_n" LEFT_PEAK "left_peak_normal_force_n" "Greatest vertical ground reaction within the period, N.";
+    SOLE_HEIGHT_M RIGHT_SOLE "right_sole_height_m" LEFT_SOLE "left_sole_height_m" "Height of the sole's lowest point over the ground, m; negative where it is pressed in.";
     CONTACT_SHARE RIGHT_SHARE "right_contact_share" LEFT_SHARE "left_contact_share" "Share of the period's integration steps in which the foot touches the ground, in [0, 1].";
     ACTUATOR_WORK_J RIGHT_WORK "right_actuator_work_j" LEFT_WORK "left_actuator_work_j" "Work of the actuator, J.";
     ACTUATOR_POSITIVE_WORK_J RIGHT_POSITIVE "right_actuator_positive_work_j" LEFT_POSITIVE "left_actuator_positive_work_j" "Positive work of the actuator, J.";

@@ -51,6 +51,15 @@ def test_a_replay_plays_and_scrubs(program, recording, view, tab, tmp_path, serv
         .getImageData(0, 0, c.width, c.height).data; let n = 0; for (let k = 0; k < p.length; k += 4)
         if (p[k] === 213 && p[k + 1] === 94) n++; return n; }""")
     assert colours > 100
+    # In the scene the left leg is as pale as in the pictures (#0072b2, 0.55 of white), the right one in full colour: it was blue as
+    # dark as the right one is red, and they were the same in grey.
+    page.emulate_media(color_scheme="light")
+    page.wait_for_timeout(300)
+    pale, full, right = page.evaluate("""() => { const c = document.getElementById('stage'); const p = c.getContext('2d')
+        .getImageData(0, 0, c.width, c.height).data; const of = (r, g, b) => { let n = 0; for (let k = 0; k < p.length; k += 4)
+        if (Math.abs(p[k] - r) < 2 && Math.abs(p[k + 1] - g) < 2 && Math.abs(p[k + 2] - b) < 2) n++; return n; };
+        return [of(140, 192, 220), of(0, 114, 178), of(213, 94, 0)]; }""")
+    assert pale > 100 and right > 100 and full < pale / 4, (pale, full, right)
 
 
 def test_what_is_no_recording_is_refused(program, tmp_path):

@@ -115,7 +115,7 @@ pub struct EvaluateArguments {
 /// By default ω_v rises from 0 (walking) to 3 (running) in 0.4 s. The steady motion before the ramp is
 /// compared with that after it, each without its first 5 s (at most half of it). `steps_to_change` counts
 /// the touchdowns from the start of the ramp up to the one that begins the first step from which on every
-/// step is of the new gait.
+/// step is of the new gait. Of a profile that goes up and down again, `changes` has that of each change.
 ///
 /// Writes a figure like the paper's Fig. 3 (energies and speed against time, support
 /// phases shaded, the ramp hatched) and the recording. With --json, standard output is one JSON object,
