@@ -3,7 +3,7 @@
 use crate::claims::{Finding, Verdict, by_sensitivity};
 use crate::figures::Shown;
 use crate::headline::HeadlineNumber;
-use crate::study::{Change, Measured, Plan, Steady, StepHeight, Study};
+use crate::study::{Change, Measured, Plan, Steady, Study};
 use crate::write::Group;
 use gaitshift_analysis::statistics::wilson_interval;
 use gaitshift_analysis::{GaitClass, GaitSummary};
@@ -116,7 +116,6 @@ pub(crate) fn html(
         }
         page.changes(&m.study);
         page.noise(&m.study, plan);
-        page.step_heights(&m.study);
         page.return_maps(&m.study);
         page.fine_step(&m.study, plan);
     }
@@ -376,41 +375,6 @@ impl Page {
         self.push(
             "<p class=\"quiet\">At a level with no success the next ones are not tried and count as 0.</p>\n",
         );
-    }
-
-    fn step_heights(&mut self, study: &Study) {
-        self.push("<h3>Steps in the ground: places passed</h3>\n<div class=\"scroll\"><table><thead><tr><th>motion</th><th>passed, by height in cm</th></tr></thead><tbody>\n");
-        let kind_of = |row: &StepHeight| (row.omega_v, row.height_m > 0.0, row.by_turns);
-        let mut kinds: Vec<(f64, bool, bool)> = Vec::new();
-        for row in &study.step_heights {
-            if !kinds.contains(&kind_of(row)) {
-                kinds.push(kind_of(row));
-            }
-        }
-        for kind in kinds {
-            let (omega_v, up, by_turns) = kind;
-            let rows = study.step_heights.iter().filter(|r| kind_of(r) == kind);
-            let cells: Vec<String> = rows
-                .map(|r| {
-                    format!(
-                        "{:.1}: {} of {}",
-                        100.0 * r.height_m.abs(),
-                        r.successes,
-                        r.trials
-                    )
-                })
-                .collect();
-            self.write(format_args!(
-                "<tr><td>ω<sub>v</sub> = {omega_v}, {}</td><td>{}</td></tr>\n",
-                match (by_turns, up) {
-                    (true, _) => "up and down every 50 cm",
-                    (false, true) => "up",
-                    (false, false) => "down",
-                },
-                cells.join("; ")
-            ));
-        }
-        self.push("</tbody></table></div>\n");
     }
 
     fn return_maps(&mut self, study: &Study) {

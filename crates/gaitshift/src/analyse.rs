@@ -6,7 +6,10 @@ use crate::gaits::{describe, print_gaits};
 use crate::output;
 use crate::transition;
 use gaitshift_analysis::recording::{Recording, column};
-use gaitshift_analysis::{GaitSummary, TransitionOptions, TransitionSummary, summarise_transition};
+use gaitshift_analysis::{
+    GaitChange, GaitSummary, TransitionOptions, TransitionSummary, changes_of_gait,
+    summarise_transition,
+};
 use serde::Serialize;
 use std::path::Path;
 
@@ -32,6 +35,7 @@ struct Change {
     ramp_end_s: f64,
     #[serde(flatten)]
     summary: TransitionSummary,
+    changes: Vec<GaitChange>,
 }
 
 #[derive(Serialize)]
@@ -83,12 +87,14 @@ fn rows(recordings: &[(&Path, Recording)], arguments: &AnalyseArguments) -> Resu
 fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure> {
     let mut transitions = Vec::new();
     for (path, recording) in recordings {
-        let (ramp_start_s, ramp_end_s) = ramp(recording).ok_or_else(|| {
-            Failure::input(format!(
+        let ramps = ramps(recording);
+        let (Some(&(ramp_start_s, _)), Some(&(_, ramp_end_s))) = (ramps.first(), ramps.last())
+        else {
+            return Err(Failure::input(format!(
                 "{}: `omega_v` never changes, so there is no transition; leave --transition out",
                 path.display()
-            ))
-        })?;
+            )));
+        };
         let options = TransitionOptions::default();
         transitions.push(Change {
             recording: path.display().to_string(),
@@ -96,6 +102,7 @@ fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure>
             ramp_start_s,
             ramp_end_s,
             summary: summarise_transition(recording, ramp_start_s, ramp_end_s, &options),
+            changes: changes_of_gait(recording, &ramps, &options),
         });
     }
     if json {
@@ -106,26 +113,29 @@ fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure>
             "{}: ω_v changes from {} s to {} s",
             change.recording, change.ramp_start_s, change.ramp_end_s
         ))?;
-        for line in transition::describe(&change.summary) {
-            output::line(&line)?;
+        let one_by_one = transition::describe_changes(&change.changes);
+        for line in transition::describe(&change.summary)
+            .iter()
+            .chain(&one_by_one)
+        {
+            output::line(line)?;
         }
     }
     Ok(())
 }
 
-/// When the command leaves its first value and when it has its last, in s. A row holds the command as it
-/// was at the beginning of its period, that is at the time of the row before.
-fn ramp(recording: &Recording) -> Option<(f64, f64)> {
+/// The stretches in which the command changes, in s, those close together as one. A row holds the command as it was at the
+/// beginning of its period, that is at the time of the row before.
+fn ramps(recording: &Recording) -> Vec<(f64, f64)> {
     let commands = recording.column(column::OMEGA_V);
     let times = recording.column(column::TIME_S);
-    let (first, last) = (commands.first()?, commands.last()?);
-    let changed = commands.iter().position(|command| command != first)?;
-    let moving = commands
-        .iter()
-        .rposition(|command| command != last)
-        .unwrap_or(changed);
-    Some((
-        times[changed.saturating_sub(2)],
-        times[moving.max(changed - 1)],
-    ))
+    let mut ramps: Vec<(f64, f64)> = Vec::new();
+    for row in (1..commands.len()).filter(|&row| commands[row] != commands[row - 1]) {
+        let (start_s, end_s) = (times[row.saturating_sub(2)], times[row - 1]);
+        match ramps.last_mut() {
+            Some(last) if start_s - last.1 < transition::REST_S => last.1 = end_s,
+            _ => ramps.push((start_s, end_s)),
+        }
+    }
+    ramps
 }

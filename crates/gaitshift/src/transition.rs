@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// What the figure shows before the ramp and after it, in s.
 const SHOWN_S: f64 = 2.5;
 /// Shortest rest of the command between two changes that makes them two: a gait needs some strides to be told, in s.
-const REST_S: f64 = 4.0;
+pub const REST_S: f64 = 4.0;
 
 /// A change of the command.
 #[derive(Debug)]
@@ -114,10 +114,8 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
     for line in describe(&summary) {
         output::line(&line)?;
     }
-    if changes.len() > 1 {
-        for change in &changes {
-            output::line(&describe_one(change))?;
-        }
+    for line in describe_changes(&changes) {
+        output::line(&line)?;
     }
     output::written(&files)
 }
@@ -156,16 +154,25 @@ fn within(steps: Option<usize>) -> String {
     }
 }
 
-/// One of several changes.
-fn describe_one(change: &GaitChange) -> String {
-    let gait = |gait: Option<GaitClass>| gait.map_or_else(|| "-".to_owned(), |g| g.to_string());
-    format!(
-        "from {} s on     {} → {}{}",
-        change.start_s,
-        gait(change.gait_before),
-        gait(change.gait_after),
-        within(change.steps_to_change)
-    )
+/// Changes in a line each, where there are several.
+pub fn describe_changes(changes: &[GaitChange]) -> Vec<String> {
+    if changes.len() < 2 {
+        return Vec::new();
+    }
+    let line = |change: &GaitChange| {
+        format!(
+            "from {} s on     {} → {}{}",
+            change.start_s,
+            gait_name(change.gait_before),
+            gait_name(change.gait_after),
+            within(change.steps_to_change)
+        )
+    };
+    changes.iter().map(line).collect()
+}
+
+fn gait_name(gait: Option<GaitClass>) -> String {
+    gait.map_or_else(|| "-".to_owned(), |gait| gait.to_string())
 }
 
 /// A change in a few lines.
@@ -173,7 +180,6 @@ pub fn describe(s: &TransitionSummary) -> Vec<String> {
     let both = |before: Option<f64>, after: Option<f64>| {
         format!("{} → {}", number(before, 2), number(after, 2))
     };
-    let gait = |gait: Option<GaitClass>| gait.map_or_else(|| "-".to_owned(), |g| g.to_string());
     let fate = if s.survived {
         format!("upright to the end ({:.1} s)", s.survived_s)
     } else {
@@ -184,8 +190,8 @@ pub fn describe(s: &TransitionSummary) -> Vec<String> {
         fate,
         format!(
             "gait            {} → {}{steps}",
-            gait(s.gait_before),
-            gait(s.gait_after)
+            gait_name(s.gait_before),
+            gait_name(s.gait_after)
         ),
         format!(
             "speed           {} m/s",

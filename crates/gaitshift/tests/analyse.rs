@@ -41,6 +41,14 @@ fn a_transition_is_described_as_transition_does() {
     }
     let text = place.stdout("analyse --transition change/recording.csv");
     assert!(text.contains("from 2 s to 2.4 s"), "{text}");
+
+    // Up and down again: two changes, in both alike.
+    place.write("trip.csv", "time_s,omega_v\n8,0\n8.4,3\n16,3\n16.4,0\n");
+    let trip = "transition --command-profile trip.csv --after-s 8 --json --out trip";
+    let changed = place.json(trip);
+    let analysed = place.json("analyse --transition trip/recording.csv --json");
+    assert_eq!(analysed["transitions"][0]["changes"], changed["changes"]);
+    assert_eq!(changed["changes"].as_array().unwrap().len(), 2);
 }
 
 #[test]
