@@ -292,6 +292,11 @@ impl Recording {
             metadata: self.metadata.clone(),
             columns: self.columns.iter().map(cut).collect(),
             details: self.details.iter().map(cut).collect(),
+            extra: self
+                .extra
+                .iter()
+                .map(|(name, series)| (name.clone(), cut(series)))
+                .collect(),
         }
     }
 

@@ -496,7 +496,14 @@ fn a_part_is_a_recording_of_those_rows() {
     recording
         .set_detail(detail::SOLE_HEIGHT_M[0], heights)
         .unwrap();
+    let own = vec![0.25; recording.len()];
+    recording.set_extra("reward_own", own).unwrap();
     let part = recording.part(recording.window(0.5, 1.5).unwrap());
+    let (_, series) = part
+        .named_columns()
+        .find(|(name, _)| *name == "reward_own")
+        .unwrap();
+    assert!(series == [0.25; 201]);
     assert_eq!(part.len(), 201);
     assert_eq!(part.column(column::TIME_S)[0], 0.5);
     assert_eq!(
