@@ -500,7 +500,7 @@ fn a_part_is_a_recording_of_those_rows() {
     recording.set_extra("reward_own", own).unwrap();
     let part = recording.part(recording.window(0.5, 1.5).unwrap());
     let (_, series) = part
-        .named_columns()
+        .every_column()
         .find(|(name, _)| *name == "reward_own")
         .unwrap();
     assert!(series == [0.25; 201]);
