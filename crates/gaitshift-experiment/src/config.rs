@@ -25,6 +25,8 @@ pub enum Symmetry {
     Action,
     /// Half of every batch is replaced by its mirror image.
     Replay,
+    /// Actor and critics commute with the mirror: left and right are equal by construction.
+    Network,
 }
 
 /// Everything about training that is neither the task's nor the learner's.
@@ -474,12 +476,20 @@ impl Experiment {
     /// What can be trained but is probably not meant, a sentence each, as far as body and task alone show.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.body.warnings();
-        if self.training.symmetry == Symmetry::Replay {
+        let cause = match self.training.symmetry {
+            Symmetry::Replay => Some(
+                "`training.symmetry = \"replay\"` half of every batch is mirrored and keeps its reward and its end",
+            ),
+            Symmetry::Network => Some(
+                "`training.symmetry = \"network\"` a state and its mirror image have one value",
+            ),
+            Symmetry::None | Symmetry::Reward | Symmetry::Action => None,
+        };
+        if let Some(cause) = cause {
             for (key, text) in self.task.asymmetric_expressions() {
                 warnings.push(format!(
-                    "`{key}` tells left from right: {text}. With `training.symmetry = \"replay\"` half of every batch is \
-                     mirrored and keeps its reward and its end, so that what is learned is the mean of the expression and \
-                     of its mirror image; `training.symmetry = \"none\"` learns it as it stands"
+                    "`{key}` tells left from right: {text}. With {cause}, so that what is learned is the mean of the \
+                     expression and of its mirror image; `training.symmetry = \"none\"` learns it as it stands"
                 ));
             }
         }

@@ -82,6 +82,11 @@ pub(crate) struct Place {
 }
 
 impl Place {
+    /// Where one of them lies.
+    pub fn index(&self, row: usize, column: usize) -> usize {
+        self.start + row * self.strides[0] + column * self.strides[1]
+    }
+
     /// Where its elements lie, last index fastest.
     pub fn indices(&self) -> impl Iterator<Item = usize> + use<> {
         let (start, [rows, columns], [row, column]) = (self.start, self.extents, self.strides);

@@ -63,7 +63,7 @@ impl<T: Scalar> Mlp<T> {
 
     /// For each parameter tensor, in the order of [`MlpShape::tensors`]: where it lies in the flat buffer, as its extents
     /// and the distances between neighbours along them.
-    fn places(&self) -> Vec<Place> {
+    pub(crate) fn places(&self) -> Vec<Place> {
         let mut places = Vec::new();
         let vector = |start, units| Place {
             start,

@@ -6,6 +6,7 @@ use crate::buffer::Buffer;
 use crate::layout::NamedTensor;
 use crate::mlp::Mlp;
 use crate::simd::Scalar;
+use crate::ties::{self, Tie};
 use crate::workers::Workers;
 
 /// Parameters that a task takes at a time: all its operands fit the first-level cache.
@@ -26,6 +27,8 @@ pub struct Trained<T> {
     pub second_moment: Buffer<T>,
     /// Adam steps made.
     pub steps: u64,
+    /// Parameters that stay equal; none but after [`Trained::tie`].
+    pub(crate) ties: Vec<Tie>,
 }
 
 impl<T: Scalar> Trained<T> {
@@ -37,6 +40,7 @@ impl<T: Scalar> Trained<T> {
             first_moment: network.zeros_like(),
             second_moment: network.zeros_like(),
             steps: 0,
+            ties: Vec::new(),
             network,
         }
     }
@@ -44,6 +48,13 @@ impl<T: Scalar> Trained<T> {
     /// Gradient of the last update, before clipping, as named tensors.
     pub fn gradient(&self) -> Vec<NamedTensor<T>> {
         self.network.tensors_of(&self.gradient)
+    }
+
+    /// Makes the network obey the ties, from the first of each pair, and every later step keep them.
+    pub fn tie(&mut self, ties: Vec<Tie>) {
+        ties::copy(&ties, &mut self.network.parameters);
+        self.ties = ties;
+        self.refresh();
     }
 
     /// Recomputes the copies that the backward pass reads, after the parameters changed.
@@ -71,19 +82,29 @@ pub struct Optimiser {
 }
 
 impl Optimiser {
-    /// Sums the gradient of each of the networks, which are of one size, from its parts, in their order. Gives the
-    /// norms of the gradients.
+    /// Sums the gradient of each of the networks, which are of one size, from its parts, in their order, and averages it over
+    /// the network's ties. Gives the norms of the gradients.
     pub fn sum<T: Scalar, P: AsRef<[T]> + Sync, const NETWORKS: usize>(
         &mut self,
         workers: &mut Workers,
-        networks: [&mut Trained<T>; NETWORKS],
+        mut networks: [&mut Trained<T>; NETWORKS],
         parts: [&[P]; NETWORKS],
     ) -> [f64; NETWORKS] {
-        let gradients = networks.map(|network| [&mut network.gradient[..]]);
-        self.for_each_range(workers, gradients, |network, from, [gradient], square| {
-            add_up(parts[network], from, gradient);
-            *square = adam::sum_of_squares(gradient).to_f64();
-        })
+        let gradients = networks
+            .each_mut()
+            .map(|network| [&mut network.gradient[..]]);
+        let mut norms =
+            self.for_each_range(workers, gradients, |network, from, [gradient], square| {
+                add_up(parts[network], from, gradient);
+                *square = adam::sum_of_squares(gradient).to_f64();
+            });
+        for (network, norm) in networks.into_iter().zip(&mut norms) {
+            if !network.ties.is_empty() {
+                ties::average(&network.ties, &mut network.gradient);
+                *norm = adam::sum_of_squares(&network.gradient).to_f64().sqrt();
+            }
+        }
+        norms
     }
 
     /// Does as [`Optimiser::sum`], moves the parameters along the gradients, and the followers behind them. Gives the norms
@@ -95,15 +116,19 @@ impl Optimiser {
         parts: [&[P]; NETWORKS],
         step: Step<'_, T, NETWORKS>,
     ) -> [f64; NETWORKS] {
-        // Clipping needs the norm of the whole gradient before the first parameter moves; otherwise each range of
-        // parameters is summed up and moved while the cache holds it.
-        let summed = step.max_norm.map(|max_norm| {
+        // Clipping needs the norm of the whole gradient before the first parameter moves, and a tie both of its gradients;
+        // otherwise each range of parameters is summed up and moved while the cache holds it.
+        let whole = step.max_norm.is_some() || networks.iter().any(|n| !n.ties.is_empty());
+        let summed = whole.then(|| {
             let networks = networks.each_mut().map(|network| &mut **network);
-            (max_norm, self.sum(workers, networks, parts))
+            self.sum(workers, networks, parts)
         });
-        let scales = summed.map_or([T::ONE; NETWORKS], |(max_norm, norms)| {
-            norms.map(|norm| T::from_f64((max_norm / (norm + 1e-6)).min(1.0)))
-        });
+        let scales = match (step.max_norm, summed) {
+            (Some(max_norm), Some(norms)) => {
+                norms.map(|norm| T::from_f64((max_norm / (norm + 1e-6)).min(1.0)))
+            }
+            _ => [T::ONE; NETWORKS],
+        };
         let steps = networks.each_mut().map(|network| {
             network.steps += 1;
             AdamStep::new(network.steps, step.learning_rate)
@@ -147,7 +172,7 @@ impl Optimiser {
                 adam::follow(rates[network], parameters, follower);
             },
         );
-        summed.map_or(norms, |(_, norms)| norms)
+        summed.unwrap_or(norms)
     }
 
     /// Runs a task for each range of the networks' slices; gives the roots of the sums of what it left for each network.

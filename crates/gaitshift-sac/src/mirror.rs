@@ -13,9 +13,29 @@ pub struct Mirror {
     pub observation: Vec<(usize, f32)>,
     /// (source index, sign) for each action.
     pub action: Vec<(usize, f32)>,
+    /// Networks that commute with the mirror, actions π(M s) = M π(s) and values Q(M s, M a) = Q(s, a), instead of
+    /// mirrored transitions.
+    #[serde(default)]
+    pub networks: bool,
 }
 
 impl Mirror {
+    /// Outputs of the actor, the means of the actions and ln σ: the latter change places but no sign.
+    pub(crate) fn actor_outputs(&self) -> Vec<(usize, f32)> {
+        let count = self.action.len();
+        let spreads = self.action.iter();
+        let spreads = spreads.map(|&(source, _)| (count + source, 1.0));
+        self.action.iter().copied().chain(spreads).collect()
+    }
+
+    /// Inputs of a critic: observation and action.
+    pub(crate) fn critic_inputs(&self) -> Vec<(usize, f32)> {
+        let count = self.observation.len();
+        let actions = self.action.iter();
+        let actions = actions.map(|&(source, sign)| (count + source, sign));
+        self.observation.iter().copied().chain(actions).collect()
+    }
+
     /// # Errors
     /// When a list is not as long as the vector it mirrors, a source lies outside it, a sign is not ±1, or
     /// mirroring twice does not give the original back.
