@@ -341,33 +341,37 @@ fn a_key_that_went_elsewhere_is_answered_by_where() {
         (
             "[task.reward]\nhorizon_command_divisor = 1.0\n",
             "horizon_command_divisor",
-            "no more",
+            "no longer exists",
         ),
         (
             "[task.reward]\nhorizon_share_floor = 1.0\n",
             "horizon_share_floor",
-            "no more",
+            "no longer exists",
         ),
         (
             "[task.reward]\nalive_command_factor = 1.0\n",
             "alive_command_factor",
-            "no more",
+            "no longer exists",
         ),
         (
             "[task.reward]\nenergy_reference_period_s = 0.01\n",
             "energy_reference_period_s",
-            "no more",
+            "no longer exists",
         ),
         (
             "[learner]\nnoise_correlation = 0.5\n",
             "noise_correlation",
-            "no more",
+            "no longer exists",
         ),
-        ("[learner]\nactor_every = 2\n", "actor_every", "no more"),
+        (
+            "[learner]\nactor_every = 2\n",
+            "actor_every",
+            "no longer exists",
+        ),
         (
             "[learner]\nmirror_loss_weight = 1.0\n",
             "mirror_loss_weight",
-            "no more",
+            "no longer exists",
         ),
         (
             "[learner]\nmirrored_fraction = 0.5\n",
@@ -384,7 +388,11 @@ fn a_key_that_went_elsewhere_is_answered_by_where() {
             "rehearsal_rows",
             "training.rehearsal.rows",
         ),
-        ("[training]\nsymmetry = \"loss\"\n", "loss", "no more"),
+        (
+            "[training]\nsymmetry = \"loss\"\n",
+            "loss",
+            "no longer exists",
+        ),
     ] {
         let error = Experiment::parse(text, "mine.toml")
             .unwrap_err()

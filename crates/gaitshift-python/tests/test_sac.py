@@ -124,7 +124,7 @@ def test_bad_settings_are_named():
         ({"seed": -1}, "`seed` is -1"),
         ({"action_low": 1.0}, "low below high"),
         ({"action_low": [0.0, 0.0]}, "1 of them"),
-        ({"mirror_loss_weight": 1.0}, "no more"),
+        ({"mirror_loss_weight": 1.0}, "no longer exists"),
     ]:
         with pytest.raises(ValueError, match=words):
             gaitshift.SAC(1, 1, **settings)
