@@ -51,8 +51,8 @@ def test_a_replay_plays_and_scrubs(program, recording, view, tab, tmp_path, serv
         .getImageData(0, 0, c.width, c.height).data; let n = 0; for (let k = 0; k < p.length; k += 4)
         if (p[k] === 213 && p[k + 1] === 94) n++; return n; }""")
     assert colours > 100
-    # In the scene the left leg is as pale as in the pictures (#0072b2, 0.55 of white), the right one in full colour: it was blue as
-    # dark as the right one is red, and they were the same in grey.
+    # In the scene the left leg is as pale as in the pictures (#0072b2, 0.55 of white), the right one in full colour: it was a
+    # blue as dark as the right one's red, and they were the same in grey.
     page.emulate_media(color_scheme="light")
     page.wait_for_timeout(300)
     pale, full, right = page.evaluate("""() => { const c = document.getElementById('stage'); const p = c.getContext('2d')
