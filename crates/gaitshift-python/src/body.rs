@@ -2,7 +2,7 @@
 
 use crate::convert::{numbers, to_python, value_error, with_overrides};
 use gaitshift_body::{BodyParameters, BodyState, EnergyAccount};
-use gaitshift_task::{Disturbance, StepEnergies, TaskParameters, TerrainParameters};
+use gaitshift_task::{Disturbance, RewardTerms, StepEnergies, TaskParameters, TerrainParameters};
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -176,7 +176,8 @@ impl Body {
 /// The weighted terms of the reward of a period that ended in a state, before the common factor.
 ///
 /// `task` holds parameters that differ from the default task; `energy_change_j` is the change of the body's total
-/// energy over the period, `friction_loss_j` what friction took, `positive_work_j` the actuators' positive work.
+/// energy over the period, `friction_loss_j` what friction took, `positive_work_j` the actuators' positive work. Terms of one's
+/// own (`task["reward"]["extra"]`) are not among them.
 #[pyfunction]
 #[pyo3(signature = (task, positions, velocities, omega_v, *, energy_change_j, friction_loss_j, positive_work_j))]
 #[allow(clippy::too_many_arguments)]
@@ -189,7 +190,7 @@ pub fn reward_terms<'py>(
     energy_change_j: f64,
     friction_loss_j: f64,
     positive_work_j: f64,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> PyResult<Bound<'py, PyDict>> {
     let task: TaskParameters = with_overrides(&TaskParameters::default(), Some(task), "task")?;
     let energies = StepEnergies {
         change_j: energy_change_j,
@@ -199,5 +200,9 @@ pub fn reward_terms<'py>(
     let terms = task
         .reward
         .terms(&state(&positions, &velocities)?, &energies, omega_v);
-    to_python(py, &terms)
+    let named = PyDict::new(py);
+    for (name, value) in RewardTerms::NAMES.iter().zip(terms.values()) {
+        named.set_item(name, value)?;
+    }
+    Ok(named)
 }

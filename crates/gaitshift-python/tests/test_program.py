@@ -51,7 +51,13 @@ def test_ctrl_c_stops_training_with_a_checkpoint_and_anything_else_at_once(tmp_p
     assert training.wait(timeout=60) == 130
     assert (out / "checkpoint").is_dir()
     # A command of a minute that does not ask for Ctrl-C itself.
-    stress = subprocess.Popen([*MODULE, "stress"], stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    # A shell's background job ignores Ctrl-C, and so would what it starts; this test may be part of one.
+    stress = subprocess.Popen(
+        [*MODULE, "stress"],
+        stderr=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     time.sleep(2)
     stress.send_signal(signal.SIGINT)
     assert stress.wait(timeout=10) in (130, -signal.SIGINT)
