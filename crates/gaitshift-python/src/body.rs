@@ -176,8 +176,8 @@ impl Body {
 /// The weighted terms of the reward of a period that ended in a state, before the common factor.
 ///
 /// `task` holds parameters that differ from the default task; `energy_change_j` is the change of the body's total
-/// energy over the period, `friction_loss_j` what friction took, `positive_work_j` the actuators' positive work. Terms of one's
-/// own (`task["reward"]["extra"]`) are not among them.
+/// energy over the period, `friction_loss_j` what friction took, `positive_work_j` the actuators' positive work. Terms of
+/// one's own (`task["reward"]["extra"]`) are not among them.
 #[pyfunction]
 #[pyo3(signature = (task, positions, velocities, omega_v, *, energy_change_j, friction_loss_j, positive_work_j))]
 #[allow(clippy::too_many_arguments)]
