@@ -75,6 +75,7 @@ impl Hidden {
 }
 
 /// Where a tensor lies in the flat parameters.
+#[derive(Clone, Copy)]
 pub(crate) struct Place {
     pub start: usize,
     pub extents: [usize; 2],
@@ -89,8 +90,8 @@ impl Place {
 
     /// Where its elements lie, last index fastest.
     pub fn indices(&self) -> impl Iterator<Item = usize> + use<> {
-        let (start, [rows, columns], [row, column]) = (self.start, self.extents, self.strides);
-        (0..rows).flat_map(move |r| (0..columns).map(move |c| start + r * row + c * column))
+        let (place, [rows, columns]) = (*self, self.extents);
+        (0..rows).flat_map(move |row| (0..columns).map(move |column| place.index(row, column)))
     }
 }
 

@@ -19,6 +19,12 @@ pub(crate) const FARTHEST_M: f64 = 1e4;
 /// Most pieces of uneven ground.
 const MOST_PIECES: f64 = 1e5;
 
+/// Checks the distance between two heights of uneven ground, in m.
+pub(crate) fn require_spacing(key: &str, spacing_m: f64) -> Result<(), TaskError> {
+    let possible = (0.01..=FARTHEST_M).contains(&spacing_m);
+    require(possible, key, spacing_m, "between 0.01 and 10000")
+}
+
 /// Everything that disturbs a motion. As it stands by default it changes nothing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -242,12 +248,7 @@ impl TerrainParameters {
             u.height_m,
             "between 0 and 1",
         )?;
-        require(
-            (0.01..=FARTHEST_M).contains(&u.spacing_m),
-            &key("uneven.spacing_m"),
-            u.spacing_m,
-            "between 0.01 and 10000",
-        )?;
+        require_spacing(&key("uneven.spacing_m"), u.spacing_m)?;
         require(
             near(u.from_m),
             &key("uneven.from_m"),

@@ -2,7 +2,9 @@
 //! of its actuators, the noise of its sensors. *Not in the paper.*
 
 use crate::TaskError;
-use crate::disturbance::{FARTHEST_M, TerrainParameters, TerrainStep, UnevenGround};
+use crate::disturbance::{
+    FARTHEST_M, TerrainParameters, TerrainStep, UnevenGround, require_spacing,
+};
 use crate::observation::OBSERVATION_SIZE;
 use crate::parameters::require;
 use gaitshift_body::{Body, BodyParameters, ParameterError};
@@ -230,12 +232,7 @@ impl TerrainRanges {
             s.length_m,
             "between 0 and 1000",
         )?;
-        require(
-            (0.01..=FARTHEST_M).contains(&u.spacing_m),
-            &key("uneven.spacing_m"),
-            u.spacing_m,
-            "between 0.01 and 10000",
-        )?;
+        require_spacing(&key("uneven.spacing_m"), u.spacing_m)?;
         require(
             (0.0..=1000.0).contains(&u.length_m),
             &key("uneven.length_m"),
