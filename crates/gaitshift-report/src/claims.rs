@@ -1,6 +1,7 @@
 //! The claims of the paper and of its journal version, and what was found. Verdicts are computed.
 
 use crate::headline::{greatest, least};
+use crate::seeds::{Values, interval};
 use crate::study::{Change, Steady, Study};
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::statistics::{median, wilson_interval};
@@ -102,26 +103,7 @@ pub struct Finding {
 impl Finding {
     /// The interval, where there are several seeds.
     pub fn interval(&self) -> [Option<f64>; 2] {
-        crate::headline::interval(self.estimate, &self.seeds)
-    }
-}
-
-/// One value per seed.
-pub(crate) struct Values(pub Vec<Option<f64>>);
-
-impl Values {
-    pub fn of(studies: &[&Study], of: fn(&Study) -> Option<f64>) -> Self {
-        let finite = |study: &&Study| of(study).filter(|value| value.is_finite());
-        Self(studies.iter().map(finite).collect())
-    }
-
-    fn known(&self) -> Vec<f64> {
-        self.0.iter().flatten().copied().collect()
-    }
-
-    /// Interquartile mean over the seeds that have a value; of one seed its value.
-    pub fn estimate(&self) -> Option<Estimate> {
-        Estimate::over_seeds(&self.known())
+        interval(self.estimate, &self.seeds)
     }
 }
 

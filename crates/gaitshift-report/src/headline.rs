@@ -1,6 +1,6 @@
 //! What the papers do not say: the numbers that the field would ask for next, beside those of people.
 
-use crate::claims::Values;
+use crate::seeds::{Values, interval};
 use crate::study::{Steady, Study};
 use gaitshift_analysis::{GaitClass, GaitSummary};
 use gaitshift_experiment::Estimate;
@@ -28,17 +28,6 @@ impl HeadlineNumber {
     }
 }
 
-/// Ends of an interval; of a single seed there is none.
-pub(crate) fn interval(estimate: Option<Estimate>, seeds: &[Option<f64>]) -> [Option<f64>; 2] {
-    let several = seeds.iter().flatten().count() > 1;
-    estimate
-        .filter(|_| several)
-        .map_or([None; 2], |e| e.interval.map(Some))
-}
-
-/// A number of a study.
-type Of = fn(&Study) -> Option<f64>;
-
 const TRANSITION: &str = "about 0.5 (Kram, Domingo and Ferris, J. Exp. Biol. 200, 1997)";
 const RECOVERY_WALK: &str = "0.43 before people begin to run, up to about 0.65 at middling speeds (Segers and others, \
     J. Exp. Biol. 210, 2007; Cavagna, Thys and Zamboni, J. Physiol. 262, 1976)";
@@ -50,221 +39,62 @@ const PEAK_RUN: &str =
 const HYSTERESIS: &str = "present (Diedrich and Warren, J. Exp. Psychol. 21, 1995)";
 const SPRING_MASS: &str = "near 1 in a spring-mass model (Blickhan, J. Biomech. 22, 1989)";
 
-const NUMBERS: [(&str, &str, Of, &str); 32] = [
-    (
-        "greatest v²/(g l) of a steady walk",
-        TRANSITION,
-        |s| greatest(s, GaitClass::Walking).map(|froude| froude * froude),
-        "gaitshift report",
-    ),
-    (
-        "least v²/(g l) of a steady run",
-        TRANSITION,
-        |s| least(s, GaitClass::Running).map(|froude| froude * froude),
-        "gaitshift report",
-    ),
-    (
-        "gap in Froude number v/√(g l) between walk and run",
-        "",
-        |s| Some(least(s, GaitClass::Running)? - greatest(s, GaitClass::Walking)?),
-        "gaitshift report",
-    ),
-    (
-        "command at which running begins when the command rises",
-        "",
-        running_begins,
-        "gaitshift report",
-    ),
-    (
-        "command down to which running is kept when the command falls",
-        "",
-        running_is_kept,
-        "gaitshift report",
-    ),
-    (
-        "width of the hysteresis in ω_v",
-        HYSTERESIS,
-        |s| Some(running_begins(s)? - running_is_kept(s)?),
-        "gaitshift report",
-    ),
-    (
-        "number of commands at which random starts end in both gaits",
-        "",
-        |s| Some(two_gaits(s).len() as f64),
-        "gaitshift report",
-    ),
-    (
-        "energy recovery of the centre of mass at ω_v = 0",
-        RECOVERY_WALK,
-        |s| s.at(0.0)?.energy_recovery,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "greatest energy recovery of a steady walk",
-        RECOVERY_WALK,
-        |s| {
-            let walks = s
-                .steady
-                .iter()
-                .filter(|row| row.summary.gait == GaitClass::Walking);
-            walks
-                .filter_map(|row| row.summary.energy_recovery)
-                .reduce(f64::max)
-        },
-        "gaitshift evaluate --omega-v 0:0.5:0.05 --json",
-    ),
-    (
-        "energy recovery of the centre of mass at ω_v = 3",
-        RECOVERY_RUN,
-        |s| s.at(3.0)?.energy_recovery,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "peak vertical force at ω_v = 0 (body weights)",
-        PEAK_WALK,
-        |s| peak(s.at(0.0)?),
-        "gaitshift evaluate --json",
-    ),
-    (
-        "peak vertical force at ω_v = 3 (body weights)",
-        PEAK_RUN,
-        |s| peak(s.at(3.0)?),
-        "gaitshift evaluate --json",
-    ),
-    (
-        "downward speed of the sole at touchdown, ω_v = 3 (m/s)",
-        "",
-        |s| Some(landing(s, 3.0)?.sole_down_m_per_s),
-        "gaitshift report",
-    ),
-    (
-        "forward speed of the sole at touchdown, ω_v = 3 (m/s)",
-        "",
-        |s| Some(landing(s, 3.0)?.sole_forward_m_per_s),
-        "gaitshift report",
-    ),
-    (
-        "share of the leg force's variance explained by leg length, ω_v = 3",
-        SPRING_MASS,
-        |s| landing(s, 3.0)?.spring_like,
-        "gaitshift report",
-    ),
-    (
-        "cost of transport with negative work, ω_v = 0",
-        "",
-        |s| s.at(0.0)?.absolute_cost_of_transport,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "cost of transport with negative work, ω_v = 3",
-        "",
-        |s| s.at(3.0)?.absolute_cost_of_transport,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "share of ∫|F| dt that presses on an end stop, ω_v = 3",
-        "",
-        |s| s.at(3.0)?.force_share_at_stops,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "losses within 50 ms after touchdown, ω_v = 3",
-        "",
-        |s| s.at(3.0)?.losses_soon_after_touchdown,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "deviation of the phase between the hips from stride to stride, greatest on the stairs (rad)",
-        FLUCTUATIONS,
-        |s| least_steady_stair(s)?.summary.hip_phase_deviation_rad,
-        "gaitshift report",
-    ),
-    (
-        "command on the stairs at which it is greatest",
-        FLUCTUATIONS,
-        |s| Some(least_steady_stair(s)?.omega_v),
-        "gaitshift report",
-    ),
-    (
-        "the same deviation at ω_v = 0 (rad)",
-        "",
-        |s| s.at(0.0)?.hip_phase_deviation_rad,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "clearance of a foot swinging past the other, ω_v = 0 (m)",
-        "",
-        |s| clearance(s.at(0.0)?),
-        "gaitshift evaluate --json",
-    ),
-    (
-        "clearance of a foot swinging past the other, ω_v = 3 (m)",
-        "",
-        |s| clearance(s.at(3.0)?),
-        "gaitshift evaluate --json",
-    ),
-    (
-        "slip: friction of standing feet, ω_v = 0 (J/m)",
-        "",
-        |s| s.at(0.0)?.slip_work_j_per_m,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "slip: friction of standing feet, ω_v = 3 (J/m)",
-        "",
-        |s| s.at(3.0)?.slip_work_j_per_m,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "drag: friction of swinging feet, ω_v = 0 (J/m)",
-        "",
-        |s| s.at(0.0)?.drag_work_j_per_m,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "drag: friction of swinging feet, ω_v = 3 (J/m)",
-        "",
-        |s| s.at(3.0)?.drag_work_j_per_m,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "variation of the step time, ω_v = 0 (deviation over mean)",
-        "",
-        |s| step_time_variation(s.at(0.0)?),
-        "gaitshift evaluate --json",
-    ),
-    (
-        "variation of the step time, ω_v = 3 (deviation over mean)",
-        "",
-        |s| step_time_variation(s.at(3.0)?),
-        "gaitshift evaluate --json",
-    ),
-    (
-        "correlation of leg springs' and kinetic energy, single support, ω_v = 3",
-        "",
-        |s| s.at(3.0)?.leg_spring_kinetic_correlation_single_support,
-        "gaitshift evaluate --json",
-    ),
-    (
-        "correlation of hip springs' and kinetic energy, single support, ω_v = 3",
-        "",
-        |s| s.at(3.0)?.hip_spring_kinetic_correlation_single_support,
-        "gaitshift evaluate --json",
-    ),
+/// What is told of every experiment.
+struct Number {
+    name: &'static str,
+    people: &'static str,
+    of: fn(&Study) -> Option<f64>,
+    command: &'static str,
+}
+
+#[rustfmt::skip]
+const NUMBERS: [Number; 32] = [
+    Number { name: "greatest v²/(g l) of a steady walk", people: TRANSITION, of: |s| greatest(s, GaitClass::Walking).map(|froude| froude * froude), command: "gaitshift report" },
+    Number { name: "least v²/(g l) of a steady run", people: TRANSITION, of: |s| least(s, GaitClass::Running).map(|froude| froude * froude), command: "gaitshift report" },
+    Number { name: "gap in Froude number v/√(g l) between walk and run", people: "", of: |s| Some(least(s, GaitClass::Running)? - greatest(s, GaitClass::Walking)?), command: "gaitshift report" },
+    Number { name: "command at which running begins when the command rises", people: "", of: running_begins, command: "gaitshift report" },
+    Number { name: "command down to which running is kept when the command falls", people: "", of: running_is_kept, command: "gaitshift report" },
+    Number { name: "width of the hysteresis in ω_v", people: HYSTERESIS, of: |s| Some(running_begins(s)? - running_is_kept(s)?), command: "gaitshift report" },
+    Number { name: "number of commands at which random starts end in both gaits", people: "", of: |s| Some(two_gaits(s).len() as f64), command: "gaitshift report" },
+    Number { name: "energy recovery of the centre of mass at ω_v = 0", people: RECOVERY_WALK, of: |s| s.at(0.0)?.energy_recovery, command: "gaitshift evaluate --json" },
+    Number { name: "greatest energy recovery of a steady walk", people: RECOVERY_WALK, of: best_recovery_walking, command: "gaitshift evaluate --omega-v 0:0.5:0.05 --json" },
+    Number { name: "energy recovery of the centre of mass at ω_v = 3", people: RECOVERY_RUN, of: |s| s.at(3.0)?.energy_recovery, command: "gaitshift evaluate --json" },
+    Number { name: "peak vertical force at ω_v = 0 (body weights)", people: PEAK_WALK, of: |s| peak(s.at(0.0)?), command: "gaitshift evaluate --json" },
+    Number { name: "peak vertical force at ω_v = 3 (body weights)", people: PEAK_RUN, of: |s| peak(s.at(3.0)?), command: "gaitshift evaluate --json" },
+    Number { name: "downward speed of the sole at touchdown, ω_v = 3 (m/s)", people: "", of: |s| Some(landing(s, 3.0)?.sole_down_m_per_s), command: "gaitshift report" },
+    Number { name: "forward speed of the sole at touchdown, ω_v = 3 (m/s)", people: "", of: |s| Some(landing(s, 3.0)?.sole_forward_m_per_s), command: "gaitshift report" },
+    Number { name: "share of the leg force's variance explained by leg length, ω_v = 3", people: SPRING_MASS, of: |s| landing(s, 3.0)?.spring_like, command: "gaitshift report" },
+    Number { name: "cost of transport with negative work, ω_v = 0", people: "", of: |s| s.at(0.0)?.absolute_cost_of_transport, command: "gaitshift evaluate --json" },
+    Number { name: "cost of transport with negative work, ω_v = 3", people: "", of: |s| s.at(3.0)?.absolute_cost_of_transport, command: "gaitshift evaluate --json" },
+    Number { name: "share of ∫|F| dt that presses on an end stop, ω_v = 3", people: "", of: |s| s.at(3.0)?.force_share_at_stops, command: "gaitshift evaluate --json" },
+    Number { name: "losses within 50 ms after touchdown, ω_v = 3", people: "", of: |s| s.at(3.0)?.losses_soon_after_touchdown, command: "gaitshift evaluate --json" },
+    Number { name: "deviation of the phase between the hips from stride to stride, greatest on the stairs (rad)", people: FLUCTUATIONS, of: |s| least_steady_stair(s)?.summary.hip_phase_deviation_rad, command: "gaitshift report" },
+    Number { name: "command on the stairs at which it is greatest", people: FLUCTUATIONS, of: |s| Some(least_steady_stair(s)?.omega_v), command: "gaitshift report" },
+    Number { name: "the same deviation at ω_v = 0 (rad)", people: "", of: |s| s.at(0.0)?.hip_phase_deviation_rad, command: "gaitshift evaluate --json" },
+    Number { name: "clearance of a foot swinging past the other, ω_v = 0 (m)", people: "", of: |s| clearance(s.at(0.0)?), command: "gaitshift evaluate --json" },
+    Number { name: "clearance of a foot swinging past the other, ω_v = 3 (m)", people: "", of: |s| clearance(s.at(3.0)?), command: "gaitshift evaluate --json" },
+    Number { name: "slip: friction of standing feet, ω_v = 0 (J/m)", people: "", of: |s| s.at(0.0)?.slip_work_j_per_m, command: "gaitshift evaluate --json" },
+    Number { name: "slip: friction of standing feet, ω_v = 3 (J/m)", people: "", of: |s| s.at(3.0)?.slip_work_j_per_m, command: "gaitshift evaluate --json" },
+    Number { name: "drag: friction of swinging feet, ω_v = 0 (J/m)", people: "", of: |s| s.at(0.0)?.drag_work_j_per_m, command: "gaitshift evaluate --json" },
+    Number { name: "drag: friction of swinging feet, ω_v = 3 (J/m)", people: "", of: |s| s.at(3.0)?.drag_work_j_per_m, command: "gaitshift evaluate --json" },
+    Number { name: "variation of the step time, ω_v = 0 (deviation over mean)", people: "", of: |s| step_time_variation(s.at(0.0)?), command: "gaitshift evaluate --json" },
+    Number { name: "variation of the step time, ω_v = 3 (deviation over mean)", people: "", of: |s| step_time_variation(s.at(3.0)?), command: "gaitshift evaluate --json" },
+    Number { name: "correlation of leg springs' and kinetic energy, single support, ω_v = 3", people: "", of: |s| s.at(3.0)?.leg_spring_kinetic_correlation_single_support, command: "gaitshift evaluate --json" },
+    Number { name: "correlation of hip springs' and kinetic energy, single support, ω_v = 3", people: "", of: |s| s.at(3.0)?.hip_spring_kinetic_correlation_single_support, command: "gaitshift evaluate --json" },
 ];
 
 /// The numbers of an experiment's seeds.
 pub fn headline_numbers(studies: &[&Study]) -> Vec<HeadlineNumber> {
     NUMBERS
         .iter()
-        .map(|&(name, people, of, command)| {
-            let values = Values::of(studies, of);
+        .map(|number| {
+            let values = Values::of(studies, number.of);
             HeadlineNumber {
-                name,
-                people,
+                name: number.name,
+                people: number.people,
                 estimate: values.estimate(),
                 seeds: values.0,
-                command,
+                command: number.command,
             }
         })
         .collect()
@@ -274,6 +104,14 @@ pub fn headline_numbers(studies: &[&Study]) -> Vec<HeadlineNumber> {
 pub(crate) fn motions(study: &Study) -> impl Iterator<Item = &Steady> + Clone {
     let stairs = study.stairs_up.iter().chain(&study.stairs_down);
     study.steady.iter().chain(stairs)
+}
+
+fn best_recovery_walking(study: &Study) -> Option<f64> {
+    let walks = |row: &&Steady| row.summary.gait == GaitClass::Walking;
+    let steady = study.steady.iter().filter(walks);
+    steady
+        .filter_map(|row| row.summary.energy_recovery)
+        .reduce(f64::max)
 }
 
 fn froudes(study: &Study, gait: GaitClass) -> impl Iterator<Item = f64> {

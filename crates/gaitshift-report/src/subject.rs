@@ -57,6 +57,12 @@ impl Subject {
         Ok(subject)
     }
 
+    /// Its weight, in N.
+    pub(crate) fn weight_n(&self) -> f64 {
+        let p = self.body.parameters();
+        p.total_mass_kg() * p.gravity_m_per_s2
+    }
+
     fn new(
         name: String,
         controller: Controller,
@@ -73,15 +79,4 @@ impl Subject {
             run,
         })
     }
-}
-
-/// The experiments of some subjects, in the order in which they first come.
-pub(crate) fn groups(subjects: &[Subject]) -> Vec<&str> {
-    let mut groups: Vec<&str> = Vec::new();
-    for subject in subjects {
-        if !groups.contains(&subject.group.as_str()) {
-            groups.push(&subject.group);
-        }
-    }
-    groups
 }

@@ -1,12 +1,11 @@
 //! A motion at the integration step: what a row per control period is too coarse for.
 
-use crate::ReportError;
+use crate::{ReportError, Subject};
 use gaitshift_analysis::recording::column;
 use gaitshift_body::{Body, BodyState, EnergyAccount, sphere_center};
 use gaitshift_experiment::{Deterministic, Simulation};
 use gaitshift_task::Environment;
-
-use crate::Subject;
+use std::ops::Range;
 
 /// One integration step; pairs are right and left leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,10 +123,22 @@ impl Trace {
         }
     }
 
+    /// At most some 800 rows of a stretch, evenly spaced, which is all that a figure needs; each with its place in the stretch,
+    /// from 0 to 1.
+    pub(crate) fn thinned(&self, range: &Range<usize>) -> impl Iterator<Item = (f64, &TraceRow)> {
+        let length = range.len().max(1);
+        let every = (length / 400).max(1);
+        self.rows[range.clone()]
+            .iter()
+            .enumerate()
+            .step_by(every)
+            .map(move |(k, row)| (k as f64 / length as f64, row))
+    }
+
     /// The stances of one leg in the trace, as ranges of rows: where the foot bears more than a twentieth of `weight_n` until
     /// it bears less than a hundredth, for at least 80 ms, gaps of 20 ms filled.
-    pub fn stances(&self, leg: usize, weight_n: f64) -> Vec<std::ops::Range<usize>> {
-        let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
+    pub fn stances(&self, leg: usize, weight_n: f64) -> Vec<Range<usize>> {
+        let mut runs: Vec<Range<usize>> = Vec::new();
         let mut begun = None;
         for (k, row) in self.rows.iter().enumerate() {
             let force = row.normal_n[leg];
@@ -142,7 +153,7 @@ impl Trace {
         }
         // What the trace begins or ends with is not whole.
         let time = |k: usize| self.rows[k].time_s;
-        let mut stances: Vec<std::ops::Range<usize>> = Vec::new();
+        let mut stances: Vec<Range<usize>> = Vec::new();
         for run in runs {
             match stances.last_mut() {
                 Some(last) if time(run.start) - time(last.end) < 0.02 => last.end = run.end,

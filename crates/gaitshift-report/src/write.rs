@@ -1,12 +1,10 @@
 //! Writes the page with its figures and numbers.
 
-use crate::claims::{Finding, judge_claims};
 use crate::figures::{self, Shown};
-use crate::headline::{HeadlineNumber, headline_numbers};
+use crate::group::Group;
 use crate::page;
 use crate::study::{Measured, Plan, Study};
-use crate::subject::groups;
-use crate::table::Table;
+use crate::table::{Table, cell};
 use crate::{ReportError, Subject};
 use gaitshift_experiment::folder_name;
 use serde::Serialize;
@@ -14,15 +12,6 @@ use std::path::{Path, PathBuf};
 
 /// Pixels for each unit of a figure, so that PNGs have 300 dots per inch at their own size.
 const PNG_SCALE: f64 = 300.0 / 96.0;
-
-/// The seeds of one experiment together.
-#[derive(Serialize)]
-pub(crate) struct Group {
-    pub name: String,
-    pub seeds: Vec<u64>,
-    pub findings: Vec<Finding>,
-    pub numbers: Vec<HeadlineNumber>,
-}
 
 /// Everything in `report.json`.
 #[derive(Serialize)]
@@ -63,22 +52,7 @@ pub fn write_report(
     }
     progress("figures and page");
     let studies: Vec<&Study> = measured.iter().map(|m| &m.study).collect();
-    let groups: Vec<Group> = groups(subjects)
-        .into_iter()
-        .map(|name| {
-            let own: Vec<&Study> = studies
-                .iter()
-                .copied()
-                .filter(|s| s.group == name)
-                .collect();
-            Group {
-                name: name.to_owned(),
-                seeds: own.iter().map(|s| s.seed).collect(),
-                findings: judge_claims(&own),
-                numbers: headline_numbers(&own),
-            }
-        })
-        .collect();
+    let groups = Group::all(&studies);
     let common = figures::of_all(&measured)?;
     let mut each = Vec::new();
     for (subject, m) in subjects.iter().zip(&measured) {
@@ -188,9 +162,9 @@ fn claims_table(groups: &[Group]) -> Table {
                 f.source.to_owned(),
                 f.claim.to_owned(),
                 f.theirs.to_owned(),
-                crate::table::cell(f.estimate.map(|e| e.value)),
-                crate::table::cell(low),
-                crate::table::cell(high),
+                cell(f.estimate.map(|e| e.value)),
+                cell(low),
+                cell(high),
                 f.rule.clone(),
                 f.verdict.name().to_owned(),
                 f.command.to_owned(),
@@ -217,9 +191,9 @@ fn numbers_table(groups: &[Group]) -> Table {
             table.rows.push(vec![
                 group.name.clone(),
                 n.name.to_owned(),
-                crate::table::cell(n.estimate.map(|e| e.value)),
-                crate::table::cell(low),
-                crate::table::cell(high),
+                cell(n.estimate.map(|e| e.value)),
+                cell(low),
+                cell(high),
                 n.people.to_owned(),
                 n.command.to_owned(),
             ]);

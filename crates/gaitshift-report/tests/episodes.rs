@@ -1,0 +1,35 @@
+//! Contract: the episodes of a run are those of its log; a run without a log has none; a log that was cut off names the file and
+//! the line.
+
+mod common;
+use gaitshift_report::{Episodes, ReportError};
+
+#[test]
+fn late_falls_are_those_of_the_last_fifth() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = common::run(folder.path());
+    let episodes = Episodes::read(&run).unwrap();
+    assert_eq!(episodes.steps.len(), 10);
+    assert_eq!(episodes.returns[9], 10.5);
+    // Those of 8000, 9000 and 10000, of which the last fell.
+    assert_eq!(episodes.late_falls(), Some(1.0 / 3.0));
+
+    std::fs::remove_file(run.join("episodes.csv")).unwrap();
+    let none = Episodes::read(&run).unwrap();
+    assert_eq!((none.steps.len(), none.late_falls()), (0, None));
+}
+
+#[test]
+fn a_log_that_was_cut_off_names_the_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = common::run(folder.path());
+    let cut = common::EPISODES.to_owned() + "1000,0.5,1.5,10";
+    std::fs::write(run.join("episodes.csv"), cut).unwrap();
+    let error = Episodes::read(&run).unwrap_err();
+    assert!(matches!(error, ReportError::Log { .. }));
+    let message = error.to_string();
+    assert!(
+        message.contains("episodes.csv") && message.contains("line: 2"),
+        "{message}"
+    );
+}
