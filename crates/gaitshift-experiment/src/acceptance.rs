@@ -2,7 +2,8 @@
 
 use crate::CommandProfile;
 use crate::criteria::{AskedChange, AskedGait, Criteria};
-use crate::rollout::{Control, Rollout};
+use crate::rollout::Rollout;
+use crate::simulation::Control;
 use gaitshift_analysis::recording::RowError;
 use gaitshift_analysis::{
     AnalysisOptions, GaitClass, GaitSummary, TransitionOptions, TransitionSummary, summarise,

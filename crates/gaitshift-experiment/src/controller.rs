@@ -3,7 +3,7 @@
 
 use crate::durable;
 use crate::provenance::Provenance;
-use crate::rollout::Control;
+use crate::simulation::Control;
 use gaitshift_body::BodyParameters;
 use gaitshift_sac::{MlpShape, NamedTensor, Policy};
 use gaitshift_task::{

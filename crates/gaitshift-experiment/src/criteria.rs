@@ -1,9 +1,7 @@
 //! What is asked of a finished controller: `[criteria]` of an experiment.
 
-use crate::config::{ConfigError, Experiment, overlay, parse_error, read};
 use gaitshift_analysis::GaitClass;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// Greatest |ω_v| of a criterion, and the longest motion in s: as those of `gaitshift evaluate`.
 const COMMAND_MAX: f64 = 100.0;
@@ -136,51 +134,6 @@ impl Default for Criteria {
 }
 
 impl Criteria {
-    /// Reads the criteria of a TOML file: its table `[criteria]`, if it is an experiment, or the keys of that table by
-    /// themselves. What the file leaves out is as in the experiment's base, or as by default.
-    ///
-    /// # Errors
-    /// An unreadable file, unknown keys, wrong types, values out of range.
-    pub fn load(path: &Path) -> Result<Self, ConfigError> {
-        let text = read(path)?;
-        let origin = path.display().to_string();
-        let error = |e: toml::de::Error| parse_error(&origin, &e.to_string());
-        let own: toml::Table = toml::from_str(&text).map_err(error)?;
-        let mut whole = toml::Table::try_from(Self::default())
-            .map_err(|e| parse_error(&origin, &e.to_string()))?;
-        if !own.keys().any(|key| whole.contains_key(key)) {
-            return Ok(Experiment::parse(&text, &origin)?.criteria);
-        }
-        // A first reading reports unknown keys and wrong types with their line.
-        let _: Self = toml::from_str(&text).map_err(error)?;
-        overlay(&mut whole, own);
-        let criteria: Self = whole.try_into().map_err(error)?;
-        match criteria.validate("") {
-            Ok(()) => Ok(criteria),
-            Err(message) => Err(ConfigError::Value { origin, message }),
-        }
-    }
-
-    /// Those of a run, from its `config.toml`; of a run of before there were any, the default ones.
-    ///
-    /// # Errors
-    /// An unreadable file, or criteria that cannot be used. What else stands there may be of another version.
-    pub fn of_run(folder: &Path) -> Result<Self, ConfigError> {
-        #[derive(Deserialize)]
-        struct Part {
-            #[serde(default)]
-            criteria: Criteria,
-        }
-        let path = folder.join("config.toml");
-        let origin = path.display().to_string();
-        let Part { criteria } =
-            toml::from_str(&read(&path)?).map_err(|e| parse_error(&origin, &e.to_string()))?;
-        match criteria.validate("criteria.") {
-            Ok(()) => Ok(criteria),
-            Err(message) => Err(ConfigError::Value { origin, message }),
-        }
-    }
-
     /// The gait that is asked for under a command, if one is.
     pub fn gait_at(&self, omega_v: f64) -> Option<GaitClass> {
         let asked = self.gaits.iter().find(|asked| asked.omega_v == omega_v);

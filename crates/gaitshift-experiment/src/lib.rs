@@ -37,9 +37,9 @@ pub use profile::{CommandProfile, ProfileError};
 pub use provenance::{Provenance, portable_command, portable_path, quoted};
 pub use rehearsal::{RehearsalParameters, best_walk};
 pub use review::Review;
-pub use rollout::{Control, Rollout};
+pub use rollout::Rollout;
 pub use run_folder::TrainingError;
-pub use simulation::{Simulation, recording_row};
+pub use simulation::{Control, Simulation, recording_row};
 pub use stress::{Limit, Stress, StressPlan, stress};
 pub use sweep::{
     Estimate, EvaluationSummary, Sweep, SweepReport, SweepTable, Trial, TrialSummary, Variant,

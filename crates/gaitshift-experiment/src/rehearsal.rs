@@ -3,7 +3,7 @@
 
 use crate::acceptance::{Judgement, judge};
 use crate::criteria::{AskedGait, Criteria};
-use crate::rollout::Control;
+use crate::simulation::Control;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::recording::RowError;
 use gaitshift_body::Body;

@@ -1,22 +1,11 @@
 //! Runs a controller on the body and records the motion.
 
-use crate::{CommandProfile, Simulation};
+use crate::profile::CommandProfile;
+use crate::simulation::{Control, Simulation};
 use gaitshift_analysis::recording::{Recording, RowError, Side};
 use gaitshift_analysis::support::{ContactRule, FootEventKind, Support};
 use gaitshift_body::{Body, BodyState};
-use gaitshift_task::{ACTION_SIZE, Disturbance, EndReason, OBSERVATION_SIZE, Push, TaskParameters};
-
-/// Anything that turns a scaled observation into two commands in [-1, 1].
-pub trait Control {
-    /// Reads the 14 scaled observations, writes the commands of the right and the left actuator.
-    fn act(&mut self, observation: &[f32; OBSERVATION_SIZE], action: &mut [f32; ACTION_SIZE]);
-}
-
-impl<F: FnMut(&[f32; OBSERVATION_SIZE], &mut [f32; ACTION_SIZE])> Control for F {
-    fn act(&mut self, observation: &[f32; OBSERVATION_SIZE], action: &mut [f32; ACTION_SIZE]) {
-        self(observation, action);
-    }
-}
+use gaitshift_task::{Disturbance, EndReason, Push, TaskParameters};
 
 /// What a rollout runs on.
 #[derive(Debug, Clone, Copy)]

@@ -1,12 +1,23 @@
 //! A controller on a body, moved one control period at a time: what rollouts record and what is shown live.
 
-use crate::rollout::Control;
 use gaitshift_analysis::recording::RecordingMetadata;
 use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, LegMeter, RIGHT, Terrain};
 use gaitshift_task::{
     ACTION_SIZE, Disturbance, Disturbed, EndReason, Environment, OBSERVATION_SIZE, RewardTerms,
     TaskParameters, scale_observation,
 };
+
+/// Anything that turns a scaled observation into two commands in [-1, 1].
+pub trait Control {
+    /// Reads the 14 scaled observations, writes the commands of the right and the left actuator.
+    fn act(&mut self, observation: &[f32; OBSERVATION_SIZE], action: &mut [f32; ACTION_SIZE]);
+}
+
+impl<F: FnMut(&[f32; OBSERVATION_SIZE], &mut [f32; ACTION_SIZE])> Control for F {
+    fn act(&mut self, observation: &[f32; OBSERVATION_SIZE], action: &mut [f32; ACTION_SIZE]) {
+        self(observation, action);
+    }
+}
 
 /// A motion under way. Its time limit is not applied: it goes on until the body falls.
 #[derive(Debug, Clone)]

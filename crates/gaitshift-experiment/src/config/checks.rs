@@ -1,0 +1,145 @@
+//! Which experiments can be trained, and which are probably not meant.
+
+use super::{ConfigError, Experiment, Symmetry};
+use gaitshift_analysis::GaitClass;
+use gaitshift_sac::Temperature;
+use gaitshift_task::{Keyed, LearnerSettings, Phase};
+
+impl Experiment {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first value out of range.
+    pub fn validate(&self, origin: &str) -> Result<(), ConfigError> {
+        let origin = || origin.to_owned();
+        self.body.validate().map_err(|source| ConfigError::Body {
+            origin: origin(),
+            source,
+        })?;
+        self.task
+            .validate(&self.body)
+            .and_then(|()| self.curriculum.validate(&self.body, &self.task.reward))
+            .map_err(|source| ConfigError::Task {
+                origin: origin(),
+                source,
+            })?;
+        self.learner.validate().map_err(|e| ConfigError::Value {
+            origin: origin(),
+            message: e.to_string(),
+        })?;
+        let t = &self.training;
+        let value_error = |message: String| ConfigError::Value {
+            origin: origin(),
+            message,
+        };
+        t.rehearsal.validate().map_err(value_error)?;
+        self.criteria.validate("criteria.").map_err(value_error)?;
+        let walk = self.criteria.first(GaitClass::Walking);
+        if self.curriculum.rehearsal_start().is_some() && walk.is_none() {
+            return Err(value_error(
+                "a phase rehearses the walk, but `criteria.gaits` asks for none; ask for one, or rehearse nothing"
+                    .to_owned(),
+            ));
+        }
+        for (name, value) in [
+            ("entropy_command_divisor", t.entropy_command_divisor),
+            ("entropy_share_at_zero", t.entropy_share_at_zero),
+        ] {
+            LearnerSettings::check(&format!("training.{name}"), name, value).map_err(|source| {
+                ConfigError::Task {
+                    origin: origin(),
+                    source,
+                }
+            })?;
+        }
+        let learned = matches!(self.learner.temperature, Temperature::Auto { .. });
+        let sets_alpha = |phase: &Phase| {
+            let tables = [&phase.learner, &phase.learner_end];
+            tables.iter().any(|table| table.get("alpha").is_some())
+        };
+        if let Some(i) = self.curriculum.phases.iter().position(sets_alpha)
+            && learned
+        {
+            return Err(value_error(format!(
+                "`curriculum.phases[{i}]` sets `alpha` of the learner, which needs `learner.temperature` of the kind \
+                 \"fixed\""
+            )));
+        }
+        let countable = |steps: u64| (1..=1_000_000_000_000_000).contains(&steps);
+        let ranges = [
+            (
+                "environments",
+                t.environments as f64,
+                (1..=4096).contains(&t.environments),
+                "between 1 and 4096",
+            ),
+            (
+                "steps_per_update",
+                t.steps_per_update as f64,
+                countable(t.steps_per_update),
+                "between 1 and 1e15",
+            ),
+            (
+                "metrics_interval_steps",
+                t.metrics_interval_steps as f64,
+                countable(t.metrics_interval_steps),
+                "between 1 and 1e15",
+            ),
+            (
+                "evaluation_interval_steps",
+                t.evaluation_interval_steps as f64,
+                countable(t.evaluation_interval_steps),
+                "between 1 and 1e15",
+            ),
+            (
+                "average_evaluations",
+                t.average_evaluations as f64,
+                (1..=100).contains(&t.average_evaluations),
+                "between 1 and 100",
+            ),
+            (
+                "checkpoint_interval_steps",
+                t.checkpoint_interval_steps as f64,
+                countable(t.checkpoint_interval_steps),
+                "between 1 and 1e15",
+            ),
+            (
+                "replay_capacity",
+                t.replay_capacity as f64,
+                t.replay_capacity >= t.environments.max(1000),
+                "1000 or greater and at least the number of environments",
+            ),
+        ];
+        for (key, value, ok, accepted) in ranges {
+            if !ok {
+                return Err(value_error(format!(
+                    "`training.{key}` is {value}, but it must be {accepted}"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// What can be trained but is probably not meant, a sentence each, as far as body and task alone show.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.body.warnings();
+        let cause = match self.training.symmetry {
+            Symmetry::Replay => Some(
+                "`training.symmetry = \"replay\"` half of every batch is mirrored and keeps its reward and its end",
+            ),
+            Symmetry::Network => Some(
+                "`training.symmetry = \"network\"` a state and its mirror image have one value",
+            ),
+            Symmetry::None | Symmetry::Reward | Symmetry::Action => None,
+        };
+        if let Some(cause) = cause {
+            for (key, text) in self.task.asymmetric_expressions() {
+                warnings.push(format!(
+                    "`{key}` tells left from right: {text}. With {cause}, so that what is learned is the mean of the \
+                     expression and of its mirror image; `training.symmetry = \"none\"` learns it as it stands"
+                ));
+            }
+        }
+        warnings
+    }
+}

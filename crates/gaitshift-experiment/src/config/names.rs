@@ -1,0 +1,78 @@
+//! Keys that are not known: what was probably meant, and what has become of those of earlier versions.
+
+use super::ConfigError;
+
+/// What a parser says, with the key that was probably meant.
+pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
+    ConfigError::Parse {
+        origin: origin.to_owned(),
+        message: did_you_mean(message.trim_end()),
+    }
+}
+
+/// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
+const GONE: [(&str, &str, &str); 16] = [
+    (
+        "schedule",
+        "symmetry",
+        "each phase has its own `learner` table now: `learner = { learning_rate = 5e-4, alpha = 0.1, horizon = 200 }`, and \
+         `learner_end` with the values that they reach linearly",
+    ),
+    ("after_steps", "states", REHEARSAL_OF_PHASES),
+    ("weight", "states", REHEARSAL_OF_PHASES),
+    ("entropy_command_divisor", "omega_e", ENTROPY_OF_TRAINING),
+    ("entropy_share_at_zero", "omega_e", ENTROPY_OF_TRAINING),
+    ("horizon_command_divisor", "", NO_GAIN),
+    ("horizon_share_floor", "", NO_GAIN),
+    ("alive_command_factor", "", NO_GAIN),
+    ("energy_reference_period_s", "", NO_GAIN),
+    ("noise_correlation", "", NO_GAIN),
+    ("actor_every", "", NO_GAIN),
+    ("mirror_loss_weight", "", NO_GAIN),
+    ("loss", "replay", NO_GAIN),
+    (
+        "mirrored_fraction",
+        "",
+        "`training.symmetry = \"replay\"` mirrors half of every batch",
+    ),
+    ("rehearsal_weight", "", REHEARSAL_OF_PHASES),
+    (
+        "rehearsal_rows",
+        "",
+        "`training.rehearsal.rows` says how many pairs an update rehearses",
+    ),
+];
+
+const NO_GAIN: &str = "it showed no benefit and no longer exists; remove it";
+
+const REHEARSAL_OF_PHASES: &str =
+    "the weight is now set in the phases that rehearse: `learner = { rehearsal = 10 }`";
+
+const ENTROPY_OF_TRAINING: &str =
+    "it is now a key of `[training]`, and of a phase's `learner` and `learner_end`";
+
+/// A parser's message of an unknown name, with what has become of it or the nearest known name instead of the list of
+/// all, if it is a name of earlier versions or one is near.
+pub fn did_you_mean(message: &str) -> String {
+    let near = || {
+        let start = message.rfind("unknown ")?;
+        let (unknown, listed) = message[start..].split_once(", expected ")?;
+        let unknown = unknown.split('`').nth(1)?;
+        let gone = GONE.iter().find(|(name, beside, _)| {
+            *name == unknown && (beside.is_empty() || listed.contains(&format!("`{beside}`")))
+        });
+        let what = &message[..start + message[start..].find(", expected ")?];
+        let rest = listed.rfind('`').map_or("", |last| &listed[last + 1..]);
+        if let Some((_, _, remedy)) = gone {
+            return Some(format!("{what}: {remedy}{rest}"));
+        }
+        // Names stand between backticks; what follows the list, the line of a TOML file, does not.
+        let known = listed.split('`').skip(1).step_by(2);
+        let distance = |name: &str| strsim::osa_distance(unknown, name);
+        let contained = |name: &str| unknown.len() > 2 && name.contains(unknown);
+        let name = known.min_by_key(|name| (distance(name), !contained(name)))?;
+        let likely = distance(name) <= 1 + unknown.len() / 4 || contained(name);
+        likely.then(|| format!("{what}; did you mean `{name}`?{rest}"))
+    };
+    near().unwrap_or_else(|| message.to_owned())
+}

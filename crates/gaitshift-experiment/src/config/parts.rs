@@ -1,0 +1,171 @@
+//! Single values and parts of an experiment that come from elsewhere: an option, a file of the body's parameters, of a
+//! disturbance or of criteria.
+
+use super::names::parse_error;
+use super::tables::{assignment, overlay, read};
+use super::{ConfigError, Experiment};
+use crate::criteria::Criteria;
+use gaitshift_body::BodyParameters;
+use gaitshift_task::{Disturbance, TaskParameters};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+impl Experiment {
+    /// The experiment with single values replaced, each `KEY=VALUE` with the path of a key, e.g.
+    /// `body.friction=0.6`.
+    ///
+    /// # Errors
+    /// No `=`, an unknown key, a wrong type, a value out of range.
+    pub fn with_values(&self, assignments: &[String]) -> Result<Self, ConfigError> {
+        assignments.iter().try_fold(self.clone(), |whole, text| {
+            whole.with_table(assignment(text, &[])?, &format!("`{text}`"))
+        })
+    }
+
+    /// The experiment with the values of a table in the place of its own; `origin` names the table in errors.
+    ///
+    /// # Errors
+    /// An unknown key, a wrong type, a value out of range.
+    pub(crate) fn with_table(
+        &self,
+        values: toml::Table,
+        origin: &str,
+    ) -> Result<Self, ConfigError> {
+        let mut table = self.table(origin)?;
+        overlay(&mut table, values);
+        let experiment: Self = table
+            .try_into()
+            .map_err(|e: toml::de::Error| parse_error(origin, &e.to_string()))?;
+        experiment.validate(origin)?;
+        Ok(experiment)
+    }
+}
+
+impl Criteria {
+    /// Reads the criteria of a TOML file: its table `[criteria]`, if it is an experiment, or the keys of that table by
+    /// themselves. What the file leaves out is as in the experiment's base, or as by default.
+    ///
+    /// # Errors
+    /// An unreadable file, unknown keys, wrong types, values out of range.
+    pub fn load(path: &Path) -> Result<Self, ConfigError> {
+        let text = read(path)?;
+        let origin = path.display().to_string();
+        let error = |e: toml::de::Error| parse_error(&origin, &e.to_string());
+        let own: toml::Table = toml::from_str(&text).map_err(error)?;
+        let mut whole = toml::Table::try_from(Self::default())
+            .map_err(|e| parse_error(&origin, &e.to_string()))?;
+        if !own.keys().any(|key| whole.contains_key(key)) {
+            return Ok(Experiment::parse(&text, &origin)?.criteria);
+        }
+        // A first reading reports unknown keys and wrong types with their line.
+        let _: Self = toml::from_str(&text).map_err(error)?;
+        overlay(&mut whole, own);
+        let criteria: Self = whole.try_into().map_err(error)?;
+        match criteria.validate("") {
+            Ok(()) => Ok(criteria),
+            Err(message) => Err(ConfigError::Value { origin, message }),
+        }
+    }
+
+    /// Those of a run, from its `config.toml`; of a run of before there were any, the default ones.
+    ///
+    /// # Errors
+    /// An unreadable file, or criteria that cannot be used. What else stands there may be of another version.
+    pub fn of_run(folder: &Path) -> Result<Self, ConfigError> {
+        #[derive(Deserialize)]
+        struct Part {
+            #[serde(default)]
+            criteria: Criteria,
+        }
+        let path = folder.join("config.toml");
+        let origin = path.display().to_string();
+        let Part { criteria } =
+            toml::from_str(&read(&path)?).map_err(|e| parse_error(&origin, &e.to_string()))?;
+        match criteria.validate("criteria.") {
+            Ok(()) => Ok(criteria),
+            Err(message) => Err(ConfigError::Value { origin, message }),
+        }
+    }
+}
+
+/// Reads a TOML file that overrides body parameters, e.g. `friction = 0.6`, by themselves or as the table `[body]` of an
+/// experiment, whose other tables say nothing here.
+///
+/// # Errors
+/// An unreadable file, unknown keys, wrong types, values out of range.
+pub fn load_body_overrides(
+    path: &Path,
+    base: &BodyParameters,
+) -> Result<BodyParameters, ConfigError> {
+    let text = read(path)?;
+    let origin = path.display().to_string();
+    let parse_error = |e: toml::de::Error| parse_error(&origin, &e.to_string());
+    let mut table: toml::Table = toml::from_str(&text).map_err(parse_error)?;
+    // A first reading reports unknown keys and wrong types with their line.
+    if table.contains_key("body") {
+        let _: Experiment = toml::from_str(&text).map_err(parse_error)?;
+        if let Some(toml::Value::Table(body)) = table.remove("body") {
+            table = body;
+        }
+    } else {
+        let _: BodyParameters = toml::from_str(&text).map_err(parse_error)?;
+    }
+    let mut whole =
+        toml::Table::try_from(base).map_err(|e| self::parse_error(&origin, &e.to_string()))?;
+    overlay(&mut whole, table);
+    let body: BodyParameters = whole.try_into().map_err(parse_error)?;
+    body.validate()
+        .map_err(|source| ConfigError::Body { origin, source })?;
+    Ok(body)
+}
+
+/// Reads a TOML file that describes a disturbance; `origin` of an error is the file.
+///
+/// # Errors
+/// An unreadable file, unknown keys, wrong types, values out of range.
+pub fn load_disturbance(path: &Path) -> Result<Disturbance, ConfigError> {
+    let origin = path.display().to_string();
+    let disturbance: Disturbance =
+        toml::from_str(&read(path)?).map_err(|e| parse_error(&origin, &e.to_string()))?;
+    let source = disturbance.validate();
+    source.map_err(|source| ConfigError::Task { origin, source })?;
+    Ok(disturbance)
+}
+
+/// Body and task with single values replaced, each `KEY=VALUE` with a key of `[body]`, or with `body.KEY` or `task.KEY`.
+///
+/// # Errors
+/// No `=`, an unknown key, a wrong type, a value out of range.
+pub fn set_body_and_task(
+    body: &BodyParameters,
+    task: &TaskParameters,
+    assignments: &[String],
+) -> Result<(BodyParameters, TaskParameters), ConfigError> {
+    #[derive(Clone, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Both {
+        body: BodyParameters,
+        task: TaskParameters,
+    }
+    let mut both = Both {
+        body: body.clone(),
+        task: task.clone(),
+    };
+    for text in assignments {
+        let origin = format!("`{text}`");
+        let mut table =
+            toml::Table::try_from(&both).map_err(|e| parse_error(&origin, &e.to_string()))?;
+        overlay(&mut table, assignment(text, &["body", "task"])?);
+        both = table
+            .try_into()
+            .map_err(|e: toml::de::Error| parse_error(&origin, &e.to_string()))?;
+        let source = both.body.validate();
+        source.map_err(|source| ConfigError::Body {
+            origin: origin.clone(),
+            source,
+        })?;
+        let source = both.task.validate(&both.body);
+        source.map_err(|source| ConfigError::Task { origin, source })?;
+    }
+    Ok((both.body, both.task))
+}

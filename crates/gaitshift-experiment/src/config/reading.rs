@@ -1,0 +1,140 @@
+//! Reads experiments: recipes, files, and what they are based on.
+
+use super::names::parse_error;
+use super::tables::{overlay, read};
+use super::{ConfigError, Experiment};
+use std::path::{Path, PathBuf};
+
+/// The recipes that come with the program, by name.
+pub const RECIPES: [(&str, &str); 3] = [
+    ("paper", include_str!("../../recipes/paper.toml")),
+    ("journal", include_str!("../../recipes/journal.toml")),
+    ("fast", include_str!("../../recipes/fast.toml")),
+];
+
+impl Experiment {
+    /// A recipe by name.
+    ///
+    /// # Errors
+    /// An unknown name.
+    pub fn recipe(name: &str) -> Result<Self, ConfigError> {
+        let remedy = format!("; a file is named by a path, such as ./{name} or {name}.toml");
+        Self::named(name, "recipe", remedy)
+    }
+
+    fn named(name: &str, origin: &str, remedy: String) -> Result<Self, ConfigError> {
+        let Some((_, text)) = RECIPES.iter().find(|(known, _)| *known == name) else {
+            return Err(ConfigError::UnknownRecipe {
+                origin: origin.to_owned(),
+                name: name.to_owned(),
+                known: RECIPES.map(|(n, _)| format!("`{n}`")).join(", "),
+                remedy,
+            });
+        };
+        Self::parse(text, &format!("recipe `{name}`"))
+    }
+
+    /// A recipe by its name, or the file that a path names. A text is a path if it has a `/`, `\\` or `.` in it, whatever
+    /// the working directory holds; anything else is a recipe's name.
+    ///
+    /// # Errors
+    /// As [`Experiment::parse`], an unknown name, or a file that cannot be read.
+    pub fn load(file_or_recipe: &str) -> Result<Self, ConfigError> {
+        if file_or_recipe.contains(['/', '\\', '.']) {
+            Self::read(Path::new(file_or_recipe))
+        } else {
+            Self::recipe(file_or_recipe)
+        }
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// As [`Experiment::parse`], or the file cannot be read.
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        Self::parse(&read(path)?, &path.display().to_string())
+    }
+
+    /// Parses TOML. What the text does not give is taken from the recipe or file that its key `base` names,
+    /// from `paper` without one. A file is named as by [`Experiment::load`], from the folder of the file that names it.
+    ///
+    /// # Errors
+    /// Text that is no TOML, unknown keys, wrong types, values out of range; `origin` names the source.
+    pub fn parse(text: &str, origin: &str) -> Result<Self, ConfigError> {
+        Self::parse_within(text, origin, &mut Vec::new())
+    }
+
+    /// `within` are the files whose bases led here.
+    fn parse_within(
+        text: &str,
+        origin: &str,
+        within: &mut Vec<PathBuf>,
+    ) -> Result<Self, ConfigError> {
+        let parse_error = |message: String| parse_error(origin, &message);
+        // Reading the text alone first reports unknown keys and wrong types with their line.
+        let own: Self = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;
+        let is_recipe = RECIPES.iter().any(|(_, recipe)| *recipe == text);
+        let experiment = match (is_recipe, own.base.as_deref().unwrap_or("paper")) {
+            (true, _) => own,
+            (false, base) => {
+                let mut whole = Self::base(base, "base", origin, within)?.table(origin)?;
+                let over = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;
+                overlay(&mut whole, over);
+                whole
+                    .try_into()
+                    .map_err(|e: toml::de::Error| parse_error(e.to_string()))?
+            }
+        };
+        experiment.validate(origin)?;
+        Ok(Self {
+            base: None,
+            ..experiment
+        })
+    }
+
+    /// What `key` of the file `origin` names: a recipe, or a file from that file's folder.
+    pub(crate) fn base(
+        name: &str,
+        key: &str,
+        origin: &str,
+        within: &mut Vec<PathBuf>,
+    ) -> Result<Self, ConfigError> {
+        let key = format!("{origin}: key `{key}`");
+        if !name.contains(['/', '\\', '.']) {
+            let remedy = format!("; a file is named by a path, such as ./{name}.toml");
+            return Self::named(name, &key, remedy);
+        }
+        let folder = Path::new(origin).parent().unwrap_or(Path::new(""));
+        let path = folder.join(name);
+        let same = |other: &PathBuf| match (other.canonicalize(), path.canonicalize()) {
+            (Ok(other), Ok(path)) => other == path,
+            _ => false,
+        };
+        within.push(PathBuf::from(origin));
+        if within.iter().any(same) {
+            return Err(parse_error(
+                &key,
+                &format!("{} is based on itself", path.display()),
+            ));
+        }
+        let text = std::fs::read_to_string(&path)
+            .map_err(|e| parse_error(&key, &format!("cannot read {}: {e}", path.display())))?;
+        Self::parse_within(&text, &path.display().to_string(), within)
+    }
+
+    /// All values as a table.
+    pub(super) fn table(&self, origin: &str) -> Result<toml::Table, ConfigError> {
+        toml::Table::try_from(self).map_err(|e| parse_error(origin, &e.to_string()))
+    }
+
+    /// The name of what a file is based on and that itself; nothing for a recipe, which is based on nothing.
+    pub(crate) fn base_of(text: &str, origin: &str) -> Result<Option<(String, Self)>, ConfigError> {
+        if RECIPES.iter().any(|(_, recipe)| *recipe == text) {
+            return Ok(None);
+        }
+        let own: Self = toml::from_str(text).map_err(|e| parse_error(origin, &e.to_string()))?;
+        let name = own.base.unwrap_or_else(|| "paper".to_owned());
+        let base = Self::base(&name, "base", origin, &mut Vec::new())?;
+        Ok(Some((name, base)))
+    }
+}
