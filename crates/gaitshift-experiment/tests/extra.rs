@@ -5,6 +5,7 @@
 mod common;
 use common::{Until, file, text, tiny};
 use gaitshift_analysis::Recording;
+use gaitshift_analysis::recording::{COLUMNS, is_extra};
 use gaitshift_body::{Body, BodyParameters};
 use gaitshift_experiment::{
     CommandProfile, Control, Controller, Deterministic, Experiment, Rollout, Training,
@@ -173,6 +174,36 @@ fn quantities_are_what_the_recording_says() {
     }
     // All but the commands before, the ground and those of the period.
     assert_eq!(compared, QUANTITIES.len() - 6);
+}
+
+/// Two crates that do not know each other hold a rule: the task which names a term may have, the analysis which columns are
+/// terms of one's own. A name that only the first accepts would make a recording that cannot be written.
+#[test]
+fn every_name_that_a_term_may_have_makes_a_column_of_its_own() {
+    let term = |name: &str| {
+        let term = "[[task.reward.extra]]\nweight = 1\nexpression = \"z_m\"\n";
+        Experiment::parse(&format!("{term}name = \"{name}\"\n"), "test")
+    };
+    let longest = "a".repeat(40);
+    for name in ["a", "z9_", "reward", &longest] {
+        assert!(term(name).is_ok(), "{name}");
+        assert!(is_extra(&format!("reward_{name}")), "{name}");
+    }
+    for column in COLUMNS.iter().filter_map(|c| c.strip_prefix("reward_")) {
+        assert!(term(column).is_err(), "{column}");
+    }
+    for name in [
+        "",
+        "9a",
+        "_a",
+        "A",
+        "a b",
+        "a-b",
+        "ä",
+        &format!("{longest}a"),
+    ] {
+        assert!(term(name).is_err(), "{name}");
+    }
 }
 
 #[test]

@@ -284,13 +284,14 @@ impl Environment {
         self.command = command;
         self.periods = self.periods.saturating_add(1);
         let factor = reward.factor(self.omega_v);
+        let without_reward = |ended| StepOutcome {
+            terms: RewardTerms::default(),
+            factor,
+            ended: Some(ended),
+            report,
+        };
         if report.diverged {
-            return StepOutcome {
-                terms: RewardTerms::default(),
-                factor,
-                ended: Some(EndReason::Diverged),
-                report,
-            };
+            return without_reward(EndReason::Diverged);
         }
         let energy = body.energy(&self.state);
         let energy_j = energy.total();
@@ -321,18 +322,13 @@ impl Environment {
                 energy,
                 centre: body.centre_of_mass(&self.state),
             });
-            own_ending = rule.extra.ending(&quantities);
-            match reward.extra.values(&quantities) {
-                Some(values) => terms.extra = values,
-                None => own_ending = Some(EndReason::Undefined),
-            }
-            if own_ending == Some(EndReason::Undefined) {
-                terms = RewardTerms::default();
-            }
+            let ending = rule.extra.ending(&quantities);
+            let Some((ending, values)) = ending.zip(reward.extra.values(&quantities)) else {
+                return without_reward(EndReason::Undefined);
+            };
+            (own_ending, terms.extra) = (ending, values);
         }
-        let ended = if own_ending == Some(EndReason::Undefined) {
-            own_ending
-        } else if self.state.theta.abs() > rule.pitch_limit_rad {
+        let ended = if self.state.theta.abs() > rule.pitch_limit_rad {
             Some(EndReason::Pitch)
         } else if self.state.z - ground_m < rule.min_hip_height_m {
             Some(EndReason::HipHeight)

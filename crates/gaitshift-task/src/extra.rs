@@ -107,7 +107,8 @@ impl TryFrom<Vec<ExtraRule>> for ExtraRules {
     }
 }
 
-/// Names must do for columns of a file, and be of their own.
+/// Names must do for columns of a file, and be of their own. The analysis has a wider rule of its own, for recordings of other
+/// simulators (`is_extra`).
 fn check_names<'a>(
     what: &str,
     names: impl Iterator<Item = &'a str>,
@@ -193,16 +194,14 @@ impl ExtraRules {
         &self.0
     }
 
-    /// The first rule by which the episode is over, if any; [`EndReason::Undefined`] where one has no finite value.
-    pub(crate) fn ending(&self, quantities: &Quantities) -> Option<EndReason> {
-        self.0
-            .iter()
-            .enumerate()
-            .find_map(|(k, rule)| match rule.expression.evaluate(quantities) {
-                Ok(0.0) => None,
-                Ok(_) => Some(EndReason::Rule(k as u8)),
-                Err(_) => Some(EndReason::Undefined),
-            })
+    /// The first rule by which the episode is over, `Some(None)` if none is; nothing where one up to it has no finite value.
+    pub(crate) fn ending(&self, quantities: &Quantities) -> Option<Option<EndReason>> {
+        for (k, rule) in self.0.iter().enumerate() {
+            if rule.expression.evaluate(quantities).ok()? != 0.0 {
+                return Some(Some(EndReason::Rule(k as u8)));
+            }
+        }
+        Some(None)
     }
 }
 
