@@ -56,7 +56,7 @@ pub fn run(arguments: &AnalyseArguments) -> Result<(), Failure> {
         })
         .collect::<Result<Vec<_>, Failure>>()?;
     if arguments.transition {
-        changes(&recordings, arguments.json)
+        changes(&recordings, arguments.print.json)
     } else {
         rows(&recordings, arguments)
     }
@@ -75,7 +75,7 @@ fn rows(recordings: &[(&Path, Recording)], arguments: &AnalyseArguments) -> Resu
             }
         })
         .collect();
-    if arguments.json {
+    if arguments.print.json {
         return output::json(&Motions { rows });
     }
     print_gaits(

@@ -17,7 +17,7 @@ pub use values::OMEGA_V_MAX;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -74,12 +74,20 @@ pub enum Command {
     Manual(ManualArguments),
 }
 
-/// What moves.
+/// Which controller.
 #[derive(Debug, Default, Args)]
-pub struct SubjectArguments {
+pub struct ControllerArguments {
     /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
     #[arg(long, value_name = "FILE|DIR")]
     pub controller: Option<PathBuf>,
+}
+
+/// What moves.
+#[derive(Debug, Default, Args)]
+pub struct SubjectArguments {
+    /// Which controller.
+    #[command(flatten)]
+    pub which: ControllerArguments,
 
     /// What differs from what the controller was trained on.
     #[command(flatten)]
@@ -102,6 +110,24 @@ pub struct ChangeArguments {
     /// e.g. --set task.termination.pitch_limit_rad=1.0.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+}
+
+/// What goes to standard output.
+#[derive(Debug, Args)]
+pub struct PrintArguments {
+    /// Print the result as one JSON object on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl PrintArguments {
+    /// The folder of --out; without that option `default`, but none where JSON is printed.
+    pub fn folder(&self, out: Option<&Path>, default: &str) -> Option<PathBuf> {
+        match out {
+            Some(folder) => Some(folder.to_owned()),
+            None => (!self.json).then(|| PathBuf::from(default)),
+        }
+    }
 }
 
 /// Prints the script with which a shell completes commands and options.

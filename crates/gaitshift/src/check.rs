@@ -58,7 +58,7 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
         differences: review.differences,
         warnings: review.warnings,
     };
-    if arguments.json {
+    if arguments.print.json {
         return output::json(&report);
     }
     print(&report)

@@ -78,9 +78,8 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
         (seeds.len() > 1).then(|| measured.iter().map(|(_, rows)| spread::of(rows)).collect());
 
     let table = SweepTable::of_runs("of the runs", &folders).map_err(Failure::input)?;
-    let default_folder = (!a.json).then(|| PathBuf::from("out/compare"));
     let mut files = Vec::new();
-    if let Some(folder) = a.out.clone().or(default_folder) {
+    if let Some(folder) = a.print.folder(a.out.as_deref(), "out/compare") {
         output::create_folder(&folder)?;
         let sweep: Vec<_> = measured
             .iter()
@@ -92,7 +91,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
             files.extend(sweep::write(&table, &folder)?);
         }
     }
-    if a.json {
+    if a.print.json {
         let rows = measured
             .iter()
             .flat_map(|(name, rows)| rows.iter().map(move |row| Named { name, row }))

@@ -1,6 +1,6 @@
 //! `gaitshift demo`: everything worth seeing of a controller, at once.
 
-use crate::arguments::{DemoArguments, SubjectArguments};
+use crate::arguments::{ChangeArguments, DemoArguments};
 use crate::failure::Failure;
 use crate::gaits;
 use crate::motion::Subject;
@@ -30,10 +30,10 @@ const POSES: usize = 12;
 
 /// Runs the command.
 pub fn run(arguments: &DemoArguments) -> Result<(), Failure> {
-    let mut subject = Subject::load(&SubjectArguments {
-        controller: arguments.controller.clone(),
-        ..SubjectArguments::default()
-    })?;
+    let mut subject = Subject::of(
+        arguments.which.controller.as_deref(),
+        &ChangeArguments::default(),
+    )?;
     let folder = &arguments.out;
     output::create_folder(folder)?;
     let criteria = Criteria::default();

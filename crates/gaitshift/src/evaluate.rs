@@ -41,14 +41,16 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     }
     subject.disturb(disturbance);
     if let Some(file) = &arguments.criteria {
-        let (criteria, origin) =
-            criteria(file.as_deref(), arguments.subject.controller.as_deref())?;
-        return run_criteria(&mut subject, &criteria, &origin, arguments.json);
+        let (criteria, origin) = criteria(
+            file.as_deref(),
+            arguments.subject.which.controller.as_deref(),
+        )?;
+        return run_criteria(&mut subject, &criteria, &origin, arguments.print.json);
     }
     let seeds: Vec<u64> = arguments.seed.iter().flat_map(|s| s.0.clone()).collect();
     let (rows, files) = measure(&mut subject, arguments, &seeds)?;
     let spread = (seeds.len() > 1).then(|| spread::of(&rows));
-    if arguments.json {
+    if arguments.print.json {
         return output::json(&Rows {
             rows: &rows,
             spread,

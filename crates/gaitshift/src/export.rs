@@ -3,11 +3,11 @@
 use crate::arguments::{ChangeArguments, ExportArguments, ExportFormat};
 use crate::evaluate::criteria;
 use crate::failure::Failure;
-use crate::motion::changed;
+use crate::motion::{changed, load_controller};
 use crate::output;
 use gaitshift_analysis::Recording;
 use gaitshift_body::{Body, BodyParameters};
-use gaitshift_experiment::{Controller, Deterministic, judge};
+use gaitshift_experiment::{Deterministic, judge};
 use gaitshift_task::TaskParameters;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -28,16 +28,16 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
                 .map_err(Failure::input)?;
             put(text.as_bytes(), out.as_deref())
         }
-        ExportFormat::Onnx { controller, out } => {
-            let controller = load(controller.as_deref())?;
+        ExportFormat::Onnx { which, out } => {
+            let controller = load_controller(which.controller.as_deref())?;
             let bytes = gaitshift_export::onnx(&controller).map_err(Failure::run)?;
             put_binary(&bytes, out.as_deref())
         }
         ExportFormat::Hub {
-            controller,
+            which,
             license,
             out,
-        } => hub(controller.as_deref(), license.as_deref(), out),
+        } => hub(which.controller.as_deref(), license.as_deref(), out),
         ExportFormat::Csv { recording, out } => {
             let recording = read(recording)?;
             // Written anew, so that unknown columns are gone and the order is the documented one.
@@ -64,7 +64,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
 /// Writes a folder for a model hub.
 fn hub(path: Option<&Path>, licence: Option<&str>, out: &Path) -> Result<(), Failure> {
     const FILE: &str = "controller.safetensors";
-    let mut controller = load(path)?;
+    let mut controller = load_controller(path)?;
     let (criteria, _) = criteria(None, path)?;
     let body = Body::new(controller.body.clone()).map_err(Failure::input)?;
     let mut policy = Deterministic(&mut controller.policy);
@@ -90,14 +90,6 @@ fn hub(path: Option<&Path>, licence: Option<&str>, out: &Path) -> Result<(), Fai
     Ok(())
 }
 
-fn load(path: Option<&Path>) -> Result<Controller, Failure> {
-    match path {
-        Some(path) => Controller::read(path),
-        None => Controller::shipped(),
-    }
-    .map_err(Failure::input)
-}
-
 fn read(path: &Path) -> Result<Recording, Failure> {
     Recording::read_csv(path).map_err(Failure::input)
 }
@@ -108,7 +100,7 @@ fn body_and_task(
     controller: Option<&Path>,
 ) -> Result<(BodyParameters, TaskParameters), Failure> {
     let (body, task) = match controller {
-        Some(path) => load(Some(path)).map(|c| (c.body, c.task))?,
+        Some(_) => load_controller(controller).map(|c| (c.body, c.task))?,
         None => (BodyParameters::default(), TaskParameters::default()),
     };
     changed(&body, &task, changes)

@@ -25,19 +25,28 @@ pub struct Subject {
     disturbance: Option<Disturbance>,
 }
 
+/// A controller's file, or the best one of a run's folder; without a path the shipped one.
+pub fn load_controller(path: Option<&Path>) -> Result<Controller, Failure> {
+    match path {
+        Some(path) => Controller::read(path),
+        None => Controller::shipped(),
+    }
+    .map_err(Failure::input)
+}
+
 impl Subject {
     /// Loads what the user asked for, at the default start.
     pub fn load(arguments: &SubjectArguments) -> Result<Self, Failure> {
-        let controller = match &arguments.controller {
-            Some(path) => Controller::read(path),
-            None => Controller::shipped(),
-        }
-        .map_err(Failure::input)?;
-        let name = match &arguments.controller {
+        Self::of(arguments.which.controller.as_deref(), &arguments.changes)
+    }
+
+    /// A controller's file, or a run's folder, or the shipped controller, changed as the user asks, at the default start.
+    pub fn of(path: Option<&Path>, changes: &ChangeArguments) -> Result<Self, Failure> {
+        let name = match path {
             Some(path) => path.display().to_string(),
             None => "the shipped controller".to_owned(),
         };
-        Self::new(controller, name, &arguments.changes)
+        Self::new(load_controller(path)?, name, changes)
     }
 
     /// A controller on its own body and task, changed as the user asks.

@@ -56,9 +56,8 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
     bar.finish_and_clear();
     let result = result.map_err(Failure::run)?;
 
-    let default_folder = (!a.json).then(|| PathBuf::from("out/stress"));
     let mut files = Vec::new();
-    if let Some(folder) = a.out.clone().or(default_folder) {
+    if let Some(folder) = a.print.folder(a.out.as_deref(), "out/stress") {
         output::create_folder(&folder)?;
         let path = folder.join("stress.json");
         let json = Outcome {
@@ -70,7 +69,7 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
         files.push(path);
         files.extend(write_figure(&result, &folder.join("stress"))?);
     }
-    if a.json {
+    if a.print.json {
         return output::json(&Outcome {
             controller: &subject.name,
             stress: &result,

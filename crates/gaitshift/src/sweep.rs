@@ -55,7 +55,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     for file in write(&table, &folder)? {
         output::note(&format!("wrote {}", file.display()));
     }
-    if arguments.json {
+    if arguments.print.json {
         output::json(&table)
     } else {
         output::line(&table.to_markdown())

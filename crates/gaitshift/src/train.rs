@@ -54,7 +54,7 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
     if seeds.is_empty() {
         let (folder, training) = prepare(arguments)?;
         let outcome = train(folder, training, arguments, &interrupted)?;
-        if arguments.json {
+        if arguments.print.json {
             output::json(&outcome.report())?;
         } else {
             for line in describe(&outcome.report, &outcome.controller) {
@@ -102,7 +102,7 @@ fn train_seeds(
             break;
         }
     }
-    if arguments.json {
+    if arguments.print.json {
         let runs = outcomes.iter().map(Outcome::report).collect();
         output::json(&Reports { runs })?;
     } else {
@@ -286,7 +286,7 @@ fn describe(r: &RunReport, controller: &Path) -> Vec<String> {
     lines.push(format!("of that {}", shares.join(", ")));
     if r.diverged > 0 {
         lines.push(format!(
-            "{} simulations diverged and were not learned from",
+            "{} simulations diverged or had an undefined reward or rule; these steps were not learned from",
             count(r.diverged)
         ));
     }

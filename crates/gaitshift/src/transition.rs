@@ -86,9 +86,8 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
     let summary = summarise_transition(&recording, start_s, end_s, &options);
     let changes = changes_of_gait(&recording, &change.profile.changes_s(REST_S), &options);
 
-    let default_folder = (!a.json).then(|| PathBuf::from("out/transition"));
     let mut files = Vec::new();
-    if let Some(folder) = a.out.clone().or(default_folder) {
+    if let Some(folder) = a.print.folder(a.out.as_deref(), "out/transition") {
         output::create_folder(&folder)?;
         files.push(write_recording(&recording, &folder, "recording.csv")?);
         files.extend(write_figure(
@@ -97,7 +96,7 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
             &folder.join("transition"),
         )?);
     }
-    if a.json {
+    if a.print.json {
         return output::json(&Outcome {
             disturbance: recording.metadata.disturbance.as_ref(),
             summary: &summary,

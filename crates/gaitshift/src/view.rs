@@ -1,6 +1,6 @@
 //! `gaitshift view`: a controller, a run or a recording in the browser.
 
-use crate::arguments::{ChangeArguments, SubjectArguments, ViewArguments};
+use crate::arguments::{ChangeArguments, ViewArguments};
 use crate::failure::Failure;
 use crate::motion::Subject;
 use crate::output;
@@ -76,13 +76,11 @@ fn casts(arguments: &ViewArguments) -> Result<Vec<Cast>, Failure> {
         .map(|k| {
             let (controller, body) = (of(controllers, k), of(bodies, k));
             let trained = controller.as_deref().map_or(RECIPES_RANGE, range_beside);
-            let mut subject = Subject::load(&SubjectArguments {
-                controller,
-                changes: ChangeArguments {
-                    body: body.clone(),
-                    ..ChangeArguments::default()
-                },
-            })?;
+            let changes = ChangeArguments {
+                body: body.clone(),
+                ..ChangeArguments::default()
+            };
+            let mut subject = Subject::of(controller.as_deref(), &changes)?;
             subject.start_at(arguments.seed);
             let mut cast = subject.into_cast(trained);
             if let Some(body) = body {
@@ -113,10 +111,7 @@ fn show_run(folder: &Path) -> Result<Show, Failure> {
     let own = Some(Controller::file_of(folder)).filter(|path| path != folder);
     let trained = range_beside(&folder.join("controller.safetensors"));
     let none = own.is_none();
-    let subject = Subject::load(&SubjectArguments {
-        controller: own,
-        ..SubjectArguments::default()
-    })?;
+    let subject = Subject::of(own.as_deref(), &ChangeArguments::default())?;
     let mut cast = subject.into_cast(trained);
     if none {
         cast.name.push_str(" (the run has none yet)");

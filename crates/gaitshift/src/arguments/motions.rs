@@ -1,7 +1,7 @@
 //! Arguments of the commands that measure what controllers do.
 
 use super::values::{Commands, Seeds, commands, duration_s, omega_v, seeds, time_s};
-use super::{ChangeArguments, SubjectArguments};
+use super::{ChangeArguments, ControllerArguments, PrintArguments, SubjectArguments};
 use crate::disturb::DisturbanceArguments;
 use clap::Args;
 use std::path::PathBuf;
@@ -19,9 +19,9 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
 pub struct DemoArguments {
-    /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
-    #[arg(long, value_name = "FILE|DIR")]
-    pub controller: Option<PathBuf>,
+    /// Which controller.
+    #[command(flatten)]
+    pub which: ControllerArguments,
 
     /// Folder for the pictures; files of the same names are replaced
     #[arg(long, value_name = "DIR", default_value = "out/demo")]
@@ -101,9 +101,9 @@ pub struct EvaluateArguments {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
-    /// Print the rows as one JSON object on standard output
-    #[arg(long)]
-    pub json: bool,
+    /// What is printed.
+    #[command(flatten)]
+    pub print: PrintArguments,
 
     /// What disturbs the motions.
     #[command(flatten)]
@@ -180,9 +180,9 @@ pub struct TransitionArguments {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
-    /// Print the values as one JSON object on standard output
-    #[arg(long)]
-    pub json: bool,
+    /// What is printed.
+    #[command(flatten)]
+    pub print: PrintArguments,
 
     /// What disturbs the motion.
     #[command(flatten)]
@@ -233,9 +233,9 @@ pub struct StressArguments {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
-    /// Print the limits as one JSON object on standard output
-    #[arg(long)]
-    pub json: bool,
+    /// What is printed.
+    #[command(flatten)]
+    pub print: PrintArguments,
 }
 
 /// Compares controllers, runs and recordings.
@@ -287,9 +287,9 @@ pub struct CompareArguments {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
-    /// Print everything as one JSON object on standard output
-    #[arg(long)]
-    pub json: bool,
+    /// What is printed.
+    #[command(flatten)]
+    pub print: PrintArguments,
 }
 
 /// Repeats the study: every claim and figure of the paper and its journal version beside the results here.

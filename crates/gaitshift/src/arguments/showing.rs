@@ -1,7 +1,7 @@
 //! Arguments of the commands that draw, show, analyse and export.
 
-use super::ChangeArguments;
 use super::values::{number, time_s};
+use super::{ChangeArguments, ControllerArguments, PrintArguments};
 use crate::disturb::GroundArguments;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
@@ -155,9 +155,9 @@ pub struct AnalyseArguments {
     #[arg(long, value_name = "S", default_value = "5", allow_negative_numbers = true, value_parser = time_s)]
     pub settling_s: f64,
 
-    /// Print the result as one JSON object on standard output
-    #[arg(long)]
-    pub json: bool,
+    /// What is printed.
+    #[command(flatten)]
+    pub print: PrintArguments,
 }
 
 /// Writes a body, controller or recording for other programs.
@@ -186,27 +186,27 @@ pub enum ExportFormat {
         /// What differs from the controller's or default body and task.
         #[command(flatten)]
         changes: ChangeArguments,
-        /// The ground.
-        #[command(flatten)]
-        ground: GroundArguments,
-        /// The ground from the table [terrain] of this file, as `evaluate --disturbance` reads it; options override or extend it
-        #[arg(long, value_name = "FILE.toml", help_heading = "Disturbances")]
-        disturbance: Option<PathBuf>,
         /// Take the body that this controller, or the best one of a run's folder, was trained on [default: the default body]
         #[arg(long, value_name = "FILE|DIR")]
         controller: Option<PathBuf>,
         /// File to write [default: standard output]
         #[arg(short, long, value_name = "FILE.xml")]
         out: Option<PathBuf>,
+        /// The ground.
+        #[command(flatten)]
+        ground: GroundArguments,
+        /// The ground from the table [terrain] of this file, as `evaluate --disturbance` reads it; options override or extend it
+        #[arg(long, value_name = "FILE.toml")]
+        disturbance: Option<PathBuf>,
     },
     /// A controller's deterministic policy as ONNX
     ///
     /// In: `observation`, batch x 14 32-bit floats in SI units, not scaled. Out: `action`, batch x 2 in [-1, 1].
     /// Names, units, control period, body and task are in the file's metadata.
     Onnx {
-        /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
-        #[arg(long, value_name = "FILE|DIR")]
-        controller: Option<PathBuf>,
+        /// Which controller.
+        #[command(flatten)]
+        which: ControllerArguments,
         /// File to write [default: standard output]
         #[arg(short, long, value_name = "FILE.onnx")]
         out: Option<PathBuf>,
@@ -216,9 +216,9 @@ pub enum ExportFormat {
     /// The card describes the gaits, measured now by the criteria of the controller's run (or the paper's),
     /// how the controller was trained, and its body.
     Hub {
-        /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
-        #[arg(long, value_name = "FILE|DIR")]
-        controller: Option<PathBuf>,
+        /// Which controller.
+        #[command(flatten)]
+        which: ControllerArguments,
         /// Licence to be shown, e.g. mit, apache-2.0 or cc-by-4.0 [default: none is named]
         #[arg(long, value_name = "ID")]
         license: Option<String>,

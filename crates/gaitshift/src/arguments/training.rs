@@ -1,5 +1,6 @@
 //! Arguments of the commands that train.
 
+use super::PrintArguments;
 use super::values::{Part, Seeds, part, seeds};
 use clap::Args;
 use std::path::PathBuf;
@@ -107,9 +108,9 @@ pub struct TrainArguments {
     #[arg(long, conflicts_with = "resume")]
     pub stop_when_accepted: bool,
 
-    /// Print the report as one JSON object on standard output
-    #[arg(long)]
-    pub json: bool,
+    /// What is printed.
+    #[command(flatten)]
+    pub print: PrintArguments,
 }
 
 /// Trains many runs from one file: an experiment, what varies, the seeds.
@@ -183,7 +184,7 @@ pub struct SweepArguments {
     #[arg(long)]
     pub table: bool,
 
-    /// Print the table as one JSON object on standard output
-    #[arg(long)]
-    pub json: bool,
+    /// What is printed.
+    #[command(flatten)]
+    pub print: PrintArguments,
 }
