@@ -1,101 +1,10 @@
 //! Contract: a verdict follows from its rule and the numbers alone: near, within a factor of two, beyond; every attempt, some,
 //! none; a claim about other runs than those given is not measured.
 
-use gaitshift_analysis::{AnalysisOptions, GaitClass, GaitSummary, Recording, summarise};
-use gaitshift_experiment::Provenance;
-use gaitshift_report::{
-    Change, Finding, NoiseTolerance, Steady, StepHeight, Study, Verdict, judge_claims,
-};
-
-/// A summary in which nothing is known.
-fn unknown() -> GaitSummary {
-    let metadata = serde_json::from_str(
-        r#"{"control_period_s":0.01,"total_mass_kg":40.0,"gravity_m_per_s2":9.81,"leg_length_m":0.8,
-            "body":null,"controller":"","seed":0,"fell":false,"ended_by":"time limit"}"#,
-    );
-    summarise(
-        &Recording::new(metadata.unwrap()),
-        &AnalysisOptions::default(),
-    )
-}
-
-fn motion(omega_v: f64, gait: GaitClass, froude: f64, cost: f64) -> Steady {
-    Steady {
-        omega_v,
-        energy_change_j: None,
-        summary: GaitSummary {
-            gait,
-            froude: Some(froude),
-            speed_m_per_s: Some(froude * (9.81_f64 * 0.8).sqrt()),
-            cost_of_transport: Some(cost),
-            kinetic_potential_correlation: Some(-0.4),
-            kinetic_potential_correlation_single_support: Some(0.7),
-            elastic_kinetic_correlation_single_support: Some(0.2),
-            ..unknown()
-        },
-    }
-}
-
-fn change(leads: bool, steps: usize) -> Change {
-    Change {
-        survived: true,
-        before: Some(GaitClass::Walking),
-        after: Some(if leads {
-            GaitClass::Running
-        } else {
-            GaitClass::Mixed
-        }),
-        steps: leads.then_some(steps),
-    }
-}
-
-/// A seed whose walk at 0 and run at 3 have these Froude numbers.
-fn study(walk: f64, run: f64) -> Study {
-    Study {
-        name: "a".to_owned(),
-        group: "g".to_owned(),
-        seed: 1,
-        provenance: Provenance::default(),
-        time_step_s: 2e-4,
-        steady: vec![
-            motion(0.0, GaitClass::Walking, walk, 0.3),
-            motion(3.0, GaitClass::Running, run, 1.0),
-        ],
-        fine_step: Vec::new(),
-        stairs_up: Vec::new(),
-        stairs_down: Vec::new(),
-        starts: Vec::new(),
-        to_running: vec![
-            change(true, 1),
-            change(true, 3),
-            change(false, 0),
-            change(true, 1),
-        ],
-        to_walking: Vec::new(),
-        walk_run_walk: Vec::new(),
-        round_trip: Vec::new(),
-        // A row of steps by turns is no single step.
-        step_heights: [
-            (0.01, 10, false),
-            (0.02, 10, false),
-            (0.03, 9, false),
-            (0.04, 10, false),
-            (0.01, 0, true),
-        ]
-        .map(|(height_m, successes, by_turns)| StepHeight {
-            omega_v: 0.0,
-            height_m,
-            by_turns,
-            successes,
-            trials: 10,
-        })
-        .to_vec(),
-        noise: Vec::new(),
-        return_maps: Vec::new(),
-        landings: Vec::new(),
-        late_falls: None,
-    }
-}
+mod common;
+use common::studies::study;
+use gaitshift_analysis::GaitClass;
+use gaitshift_report::{Finding, NoiseTolerance, Study, Verdict, judge_claims};
 
 fn finding(studies: &[&Study], claim: &str) -> Finding {
     let findings = judge_claims(studies);

@@ -1,5 +1,7 @@
-//! Reports of a plan that takes seconds.
+//! Reports of a plan that takes seconds, and the folder of a run.
 #![allow(dead_code, reason = "each test file uses a part")]
+
+pub mod studies;
 
 use gaitshift_report::{Plan, Subject, write_report};
 use std::collections::BTreeMap;

@@ -1,0 +1,89 @@
+//! Contract: the numbers beside those of people follow from the motions alone; what a study lacks has no number; of several seeds
+//! they have an interval.
+
+mod common;
+use common::studies::{motion, study};
+use gaitshift_analysis::GaitClass::{Mixed, Running, Walking};
+use gaitshift_report::{HeadlineNumber, StartedMotion, Study, headline_numbers};
+
+fn number(studies: &[&Study], name: &str) -> HeadlineNumber {
+    let numbers = headline_numbers(studies);
+    let found = numbers.into_iter().find(|n| n.name.contains(name));
+    found.unwrap_or_else(|| panic!("no number {name}"))
+}
+
+/// Running begins at 0.6 on the way up and is kept down to 0.4, but for one more running stair below.
+fn with_stairs() -> Study {
+    let stair = |omega_v, gait| motion(omega_v, gait, 0.2 + omega_v, 0.3);
+    let mut study = study(0.2, 0.9);
+    study.stairs_up = vec![
+        stair(0.2, Walking),
+        stair(0.4, Mixed),
+        stair(0.6, Running),
+        stair(0.8, Running),
+    ];
+    study.stairs_down = vec![
+        stair(0.8, Mixed),
+        stair(0.6, Running),
+        stair(0.4, Running),
+        stair(0.2, Walking),
+        stair(0.1, Running),
+    ];
+    study
+}
+
+#[test]
+fn the_hysteresis_is_where_running_begins_and_how_far_down_it_is_kept() {
+    let study = with_stairs();
+    let of = |name| number(&[&study], name).seeds[0];
+    assert_eq!(of("at which running begins"), Some(0.6));
+    assert_eq!(of("down to which running is kept"), Some(0.4));
+    assert!((of("width of the hysteresis").unwrap() - 0.2).abs() < 1e-12);
+}
+
+#[test]
+fn gaits_are_bounded_by_all_motions_stairs_included() {
+    let study = with_stairs();
+    let of = |name| number(&[&study], name).seeds[0].unwrap();
+    // A walk at 0.4 on the stairs; the least run is the one at 0.1.
+    assert!((of("of a steady walk") - 0.16).abs() < 1e-12);
+    assert!((of("of a steady run") - 0.09).abs() < 1e-12);
+    assert!((of("gap in Froude number") - (0.3 - 0.4)).abs() < 1e-12);
+}
+
+#[test]
+fn commands_whose_starts_end_in_both_gaits_are_counted() {
+    let mut study = study(0.2, 0.9);
+    let started = |(omega_v, gait)| StartedMotion {
+        omega_v,
+        seed: 1,
+        gait,
+        speed_m_per_s: None,
+        duty_factor: None,
+    };
+    study.starts = [
+        (0.0, Walking),
+        (0.0, Walking),
+        (0.5, Walking),
+        (0.5, Running),
+        (1.0, Running),
+        (1.0, Mixed),
+    ]
+    .map(started)
+    .to_vec();
+    assert_eq!(number(&[&study], "random starts").seeds, [Some(1.0)]);
+}
+
+#[test]
+fn what_is_not_there_has_no_number_and_seeds_have_an_interval() {
+    let (slow, fast) = (study(0.12, 0.9), study(0.42, 0.9));
+    let none = number(&[&slow], "at which running begins");
+    assert_eq!((none.seeds, none.estimate), (vec![None], None));
+    let walk = number(&[&slow, &fast], "of a steady walk");
+    let [low, high] = walk.interval();
+    assert!(low < high && low >= Some(0.0144) && high <= Some(0.1764));
+    assert_eq!(
+        number(&[&slow], "of a steady walk").interval(),
+        [None, None]
+    );
+}
