@@ -18,17 +18,21 @@
 //! # Ok::<(), gaitshift_body::ParameterError>(())
 //! ```
 
+mod body;
 mod contact;
 mod dynamics;
 mod energy;
+mod integrator;
 mod meter;
 mod parameters;
 mod state;
 mod terrain;
 
+pub use body::Body;
 pub use contact::{FootContact, sphere_center};
-pub use dynamics::{Accelerations, AdvanceReport, Body, LegForces};
+pub use dynamics::{Accelerations, LegForces};
 pub use energy::{CentreOfMass, EnergyAccount, MechanicalEnergy, Momentum};
+pub use integrator::AdvanceReport;
 pub use meter::{LegMeter, Meter};
 pub use parameters::{BodyParameters, ParameterError};
 pub use state::{BodyState, LEFT, LegState, RIGHT};

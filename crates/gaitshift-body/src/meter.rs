@@ -1,8 +1,7 @@
 //! What a motion does at the integration step, leg by leg and element by element: what a sample at the end of
 //! a control period cannot show, such as an impact of one millisecond.
 
-use crate::dynamics::Accelerations;
-use crate::{Body, BodyState};
+use crate::{Accelerations, Body, BodyState};
 
 /// Sums over a motion and the extremes of its latest control period.
 ///

@@ -1,6 +1,5 @@
 //! State of the body: eleven positions and eleven velocities.
 
-use crate::Body;
 use serde::{Deserialize, Serialize};
 
 /// Index of the right leg.
@@ -80,28 +79,6 @@ impl BodyState {
     /// Rate of `φ` of a leg, in rad/s.
     pub fn phi_dot(&self, leg: usize) -> f64 {
         self.legs[leg].psi_dot - self.theta_dot
-    }
-
-    /// The body upright on straight legs at rest, its soles just touching the ground.
-    pub fn standing(body: &Body) -> Self {
-        let mut state = Self {
-            z: body.parameters().leg_length_m,
-            ..Self::default()
-        };
-        if body.terrain().is_some() {
-            state.z = body.lowest_hip_height(&state);
-        }
-        state
-    }
-
-    /// The body at rest with the given leg angles, its lower sole just touching the ground.
-    pub fn with_leg_angles(body: &Body, psi: [f64; 2]) -> Self {
-        let mut state = Self::default();
-        for (leg, psi) in state.legs.iter_mut().zip(psi) {
-            leg.psi = psi;
-        }
-        state.z = body.lowest_hip_height(&state);
-        state
     }
 
     /// The same motion with right and left leg exchanged.
