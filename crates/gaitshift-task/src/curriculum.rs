@@ -1,7 +1,7 @@
 //! The curriculum as data: phases with their lengths, ranges of the command and changed weights.
 
+use crate::error::require;
 use crate::overrides::blend;
-use crate::parameters::require;
 use crate::randomization::uniform;
 use crate::{LearnerSettings, Overrides, Randomization, RewardParameters, TaskError};
 use gaitshift_body::BodyParameters;

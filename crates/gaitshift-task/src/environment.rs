@@ -4,77 +4,13 @@ use crate::expression::{Moment, Quantities};
 use crate::observation::{OBSERVATION_SIZE, observe};
 use crate::randomization::Conditions;
 use crate::{
-    PhaseSettings, Randomization, RewardParameters, RewardTerms, StepEnergies, TaskParameters,
+    EndReason, PhaseSettings, Randomization, RewardParameters, RewardTerms, StepEnergies,
+    StepOutcome, TaskParameters,
 };
-use gaitshift_body::{
-    AdvanceReport, Body, BodyState, EnergyAccount, LEFT, Meter, ParameterError, RIGHT,
-};
+use gaitshift_body::{AdvanceReport, Body, BodyState, EnergyAccount, Meter, ParameterError};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
-
-/// Why an episode ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum EndReason {
-    /// The time limit was reached: a truncation, the value goes on.
-    TimeLimit,
-    /// |θ| passed its limit.
-    Pitch,
-    /// The hip sank below its lowest height over the ground.
-    HipHeight,
-    /// The simulation diverged: the step is not to be learned from.
-    Diverged,
-    /// An expression of one's own had no finite value: the step is not to be learned from.
-    Undefined,
-    /// The rule of one's own of this index.
-    Rule(u8),
-}
-
-impl EndReason {
-    /// What [`EndReason::name`] gives.
-    pub(crate) const NAMES: [&'static str; 6] = [
-        "time limit",
-        "pitch",
-        "hip height",
-        "diverged",
-        "undefined",
-        "rule",
-    ];
-
-    /// Whether the body fell (as opposed to the time limit).
-    pub fn is_termination(self) -> bool {
-        self != Self::TimeLimit
-    }
-    /// Whether the step came to nothing that could be learned from.
-    pub fn is_failure(self) -> bool {
-        matches!(self, Self::Diverged | Self::Undefined)
-    }
-    /// Short name; that of a rule of one's own is known to the task ([`TaskParameters::end_name`]).
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::TimeLimit => "time limit",
-            Self::Pitch => "pitch",
-            Self::HipHeight => "hip height",
-            Self::Diverged => "diverged",
-            Self::Undefined => "undefined",
-            Self::Rule(_) => "rule",
-        }
-    }
-}
-
-/// Result of one control period.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepOutcome {
-    /// The reward's terms; their sum is (2) of the paper, before the common factor.
-    pub terms: RewardTerms,
-    /// Factor of this step's reward.
-    pub factor: f64,
-    /// Set when the episode is over.
-    pub ended: Option<EndReason>,
-    /// Mean forces over the period.
-    pub report: AdvanceReport,
-}
 
 /// One biped at its task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -122,14 +58,7 @@ impl Environment {
 
     /// The default start: the middle of the start's ranges, the right leg in front.
     pub fn default_start(body: &Body, task: &TaskParameters) -> BodyState {
-        let s = &task.start;
-        start_state(
-            body,
-            [s.front_leg_rad, s.rear_leg_rad],
-            0.0,
-            s.speed_m_per_s,
-            0.0,
-        )
+        task.start.middle(body)
     }
 
     /// Where a motion starts: the default start, or the random one that a seed draws. A seed draws the same one
@@ -151,23 +80,7 @@ impl Environment {
         speed_m_per_s: Option<[f64; 2]>,
         rng: &mut Xoshiro256PlusPlus,
     ) -> BodyState {
-        let s = &task.start;
-        let mut vary = |middle: f64, half: f64| middle + half * (2.0 * rng.random::<f64>() - 1.0);
-        let front = vary(s.front_leg_rad, s.leg_variation_rad);
-        let rear = vary(s.rear_leg_rad, s.leg_variation_rad);
-        let pitch = vary(0.0, s.pitch_variation_rad);
-        let [low, high] = speed_m_per_s.unwrap_or([
-            s.speed_m_per_s - s.speed_variation_m_per_s,
-            s.speed_m_per_s + s.speed_variation_m_per_s,
-        ]);
-        let speed = vary(0.5 * (low + high), 0.5 * (high - low));
-        let drop = 0.5 * vary(s.drop_variation_m, s.drop_variation_m);
-        let state = start_state(body, [front, rear], pitch, speed, drop);
-        if rng.random::<bool>() {
-            state.mirrored()
-        } else {
-            state
-        }
+        task.start.draw(body, speed_m_per_s, rng)
     }
 
     /// The observation, in SI units.
@@ -355,19 +268,6 @@ pub(crate) struct Part {
     pub command: [f64; 2],
     pub push_n: Option<[f64; 2]>,
     pub steps: u32,
-}
-
-/// Front and rear leg at the given angles, the lower foot `drop` above the ground, the hip moving
-/// forward at `speed`, the front foot at rest on the ground and the rear leg swinging forward.
-fn start_state(body: &Body, psi: [f64; 2], theta: f64, speed: f64, drop: f64) -> BodyState {
-    let mut s = BodyState::with_leg_angles(body, psi);
-    s.theta = theta;
-    s.z += drop;
-    s.x_dot = speed;
-    let rate = speed / body.parameters().leg_length_m;
-    s.legs[RIGHT].psi_dot = -rate;
-    s.legs[LEFT].psi_dot = rate;
-    s
 }
 
 /// A finished episode of a batch.

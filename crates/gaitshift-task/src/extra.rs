@@ -1,14 +1,9 @@
 //! Reward terms and endings of one's own. *Not in the paper.*
 
-use crate::expression::{Moment, Quantities};
-use crate::parameters::require;
-use crate::{EndReason, Environment, Expression, RewardTerms, TaskError, TaskParameters};
-use gaitshift_body::{AdvanceReport, Body, BodyParameters, LEFT, RIGHT};
+use crate::expression::Quantities;
+use crate::{EndReason, Expression, MOST_EXTRA, RewardTerms};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-
-/// Most reward terms of one's own, and likewise most rules.
-pub const MOST_EXTRA: usize = 8;
 
 /// A reward term of one's own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -202,66 +197,5 @@ impl ExtraRules {
             }
         }
         Some(None)
-    }
-}
-
-impl TaskParameters {
-    /// Every expression with the path of its table.
-    fn expressions(&self) -> impl Iterator<Item = (String, &Expression)> {
-        let terms = self.reward.extra.terms().iter().map(|t| &t.expression);
-        let rules = self.termination.extra.rules().iter().map(|r| &r.expression);
-        let name = |table: &'static str| move |(k, e)| (format!("task.{table}.extra[{k}]"), e);
-        let terms = terms.enumerate().map(name("reward"));
-        terms.chain(rules.enumerate().map(name("termination")))
-    }
-
-    /// Evaluates every expression at the default start under the command 0: one without a finite value there is a mistake
-    /// that a run should not begin with.
-    pub(crate) fn check_expressions(&self, body: &BodyParameters) -> Result<(), TaskError> {
-        if self.reward.extra.is_empty() && self.termination.extra.is_empty() {
-            return Ok(());
-        }
-        // A body that cannot be is told elsewhere.
-        let Ok(body) = Body::new(body.clone()) else {
-            return Ok(());
-        };
-        let start = Environment::default_start(&body, self);
-        let contact = [RIGHT, LEFT].map(|leg| body.foot_contact(&start, leg));
-        let report = AdvanceReport {
-            normal_n: contact.map(|c| c.normal_n),
-            tangential_n: contact.map(|c| c.tangential_n),
-            ..AdvanceReport::default()
-        };
-        let quantities = Quantities::of(&Moment::at_start(&body, &start, &report));
-        for (key, expression) in self.expressions() {
-            if let Err(reason) = expression.evaluate(&quantities) {
-                require(
-                    false,
-                    &format!("{key}.expression"),
-                    format_args!("\"{}\" ({reason})", expression.text()),
-                    "finite at the default start under the command 0",
-                )?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Tables of the expressions that differ between a state and its mirror image, with their texts.
-    pub fn asymmetric_expressions(&self) -> Vec<(String, String)> {
-        self.expressions()
-            .filter(|(_, expression)| !expression.is_symmetric())
-            .map(|(key, expression)| (key, expression.text().to_owned()))
-            .collect()
-    }
-
-    /// Why an episode ended, in the words of logs and recordings.
-    pub fn end_name(&self, ended: EndReason) -> &str {
-        match ended {
-            EndReason::Rule(k) => match self.termination.extra.rules().get(usize::from(k)) {
-                Some(rule) => &rule.name,
-                None => ended.name(),
-            },
-            _ => ended.name(),
-        }
     }
 }

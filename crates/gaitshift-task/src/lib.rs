@@ -5,34 +5,40 @@
 mod curriculum;
 mod disturbance;
 mod environment;
+mod error;
 mod expression;
 mod extra;
 mod learner;
 mod observation;
+mod outcome;
 mod overrides;
 mod parameters;
 mod randomization;
 mod reward;
+mod start;
+mod terrain;
 mod vector;
 
 pub use curriculum::{CommandDraw, Curriculum, Phase, PhaseSettings};
-pub use disturbance::{Disturbance, Disturbed, Push, TerrainParameters, TerrainStep, UnevenGround};
-pub use environment::{
-    BatchState, EndReason, Environment, EnvironmentBatch, FinishedEpisode, Member, StepOutcome,
-};
+pub use disturbance::{Disturbance, Disturbed, Push};
+pub use environment::{BatchState, Environment, EnvironmentBatch, FinishedEpisode, Member};
+pub use error::TaskError;
 pub use expression::{Expression, QUANTITIES};
-pub use extra::{ExtraRule, ExtraRules, ExtraTerm, ExtraTerms, MOST_EXTRA};
+pub use extra::{ExtraRule, ExtraRules, ExtraTerm, ExtraTerms};
 pub use learner::LearnerSettings;
 pub use observation::{
     ACTION_MIRROR, ACTION_SIZE, OBSERVATION_MIRROR, OBSERVATION_NAMES, OBSERVATION_SCALE,
     OBSERVATION_SIZE, observe, scale_observation,
 };
+pub use outcome::{EndReason, MOST_EXTRA, RewardTerms, StepEnergies, StepOutcome};
 pub use overrides::{Keyed, Overrides};
-pub use parameters::{StartParameters, TaskError, TaskParameters, TerminationParameters};
+pub use parameters::{TaskParameters, TerminationParameters};
 pub use randomization::{
     BodyFactors, PushRanges, Randomization, SensorNoise, StepRanges, TerrainRanges, UnevenRanges,
 };
-pub use reward::{LegTerm, RewardParameters, RewardTerms, StepEnergies};
+pub use reward::{LegTerm, RewardParameters};
+pub use start::StartParameters;
+pub use terrain::{TerrainParameters, TerrainStep, UnevenGround};
 pub use vector::{
     AutoReset, INFO_SIZE, INFO_WIDTH, Opening, VectorEnvironment, VectorState, VectorStep,
     info_names,

@@ -1,7 +1,7 @@
 //! Numbers that a phase of the curriculum replaces or moves, by their keys.
 
 use crate::TaskError;
-use crate::parameters::require;
+use crate::error::require;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::marker::PhantomData;

@@ -1,9 +1,12 @@
-//! Parameters of the task: control period, endings, starts.
+//! Parameters of the task: control period, reward, endings, starts.
 
-use crate::{ExtraRules, Keyed, RewardParameters};
-use gaitshift_body::BodyParameters;
+use crate::error::require;
+use crate::expression::{Moment, Quantities};
+use crate::{
+    EndReason, Expression, ExtraRules, Keyed, RewardParameters, StartParameters, TaskError,
+};
+use gaitshift_body::{AdvanceReport, Body, BodyParameters, LEFT, RIGHT};
 use serde::{Deserialize, Serialize};
-use std::fmt;
 
 /// What ends an episode besides the time limit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,41 +35,6 @@ impl Default for TerminationParameters {
     }
 }
 
-/// *Open.* How an episode starts: legs split, one foot on the ground, moving forward. The default
-/// start of an evaluation is the middle of these ranges with the right leg in front.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct StartParameters {
-    /// Angle of the front leg, in rad. A symmetric policy cannot part closed legs.
-    pub front_leg_rad: f64,
-    /// Angle of the rear leg, in rad.
-    pub rear_leg_rad: f64,
-    /// Half-range of the uniform variation of both angles, in rad.
-    pub leg_variation_rad: f64,
-    /// Half-range of the uniform variation of the pitch, in rad.
-    pub pitch_variation_rad: f64,
-    /// Forward speed, in m/s.
-    pub speed_m_per_s: f64,
-    /// Half-range of the uniform variation of the speed, in m/s.
-    pub speed_variation_m_per_s: f64,
-    /// Greatest height of the lower foot above the ground, in m.
-    pub drop_variation_m: f64,
-}
-
-impl Default for StartParameters {
-    fn default() -> Self {
-        Self {
-            front_leg_rad: 0.25,
-            rear_leg_rad: -0.25,
-            leg_variation_rad: 0.15,
-            pitch_variation_rad: 0.1,
-            speed_m_per_s: 0.6,
-            speed_variation_m_per_s: 0.4,
-            drop_variation_m: 0.02,
-        }
-    }
-}
-
 /// Parameters of the task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -90,45 +58,6 @@ impl Default for TaskParameters {
             start: StartParameters::default(),
         }
     }
-}
-
-/// A task or curriculum that cannot be run: which key, its value, what would be accepted.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TaskError {
-    /// Path of the key, as in TOML.
-    pub key: String,
-    /// The value that was given.
-    pub value: String,
-    /// What is accepted instead.
-    pub accepted: &'static str,
-}
-
-impl fmt::Display for TaskError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "`{}` is {}, but it must be {}",
-            self.key, self.value, self.accepted
-        )
-    }
-}
-
-impl std::error::Error for TaskError {}
-
-pub(crate) fn require(
-    ok: bool,
-    key: &str,
-    value: impl fmt::Debug,
-    accepted: &'static str,
-) -> Result<(), TaskError> {
-    if ok {
-        return Ok(());
-    }
-    Err(TaskError {
-        key: key.to_owned(),
-        value: format!("{value:?}"),
-        accepted,
-    })
 }
 
 impl TaskParameters {
@@ -212,5 +141,64 @@ impl TaskParameters {
             "finite",
         )?;
         self.check_expressions(body)
+    }
+
+    /// Every expression with the path of its table.
+    fn expressions(&self) -> impl Iterator<Item = (String, &Expression)> {
+        let terms = self.reward.extra.terms().iter().map(|t| &t.expression);
+        let rules = self.termination.extra.rules().iter().map(|r| &r.expression);
+        let name = |table: &'static str| move |(k, e)| (format!("task.{table}.extra[{k}]"), e);
+        let terms = terms.enumerate().map(name("reward"));
+        terms.chain(rules.enumerate().map(name("termination")))
+    }
+
+    /// Evaluates every expression at the default start under the command 0: one without a finite value there is a mistake
+    /// that a run should not begin with.
+    fn check_expressions(&self, body: &BodyParameters) -> Result<(), TaskError> {
+        if self.reward.extra.is_empty() && self.termination.extra.is_empty() {
+            return Ok(());
+        }
+        // A body that cannot be is told elsewhere.
+        let Ok(body) = Body::new(body.clone()) else {
+            return Ok(());
+        };
+        let start = self.start.middle(&body);
+        let contact = [RIGHT, LEFT].map(|leg| body.foot_contact(&start, leg));
+        let report = AdvanceReport {
+            normal_n: contact.map(|c| c.normal_n),
+            tangential_n: contact.map(|c| c.tangential_n),
+            ..AdvanceReport::default()
+        };
+        let quantities = Quantities::of(&Moment::at_start(&body, &start, &report));
+        for (key, expression) in self.expressions() {
+            if let Err(reason) = expression.evaluate(&quantities) {
+                require(
+                    false,
+                    &format!("{key}.expression"),
+                    format_args!("\"{}\" ({reason})", expression.text()),
+                    "finite at the default start under the command 0",
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Tables of the expressions that differ between a state and its mirror image, with their texts.
+    pub fn asymmetric_expressions(&self) -> Vec<(String, String)> {
+        self.expressions()
+            .filter(|(_, expression)| !expression.is_symmetric())
+            .map(|(key, expression)| (key, expression.text().to_owned()))
+            .collect()
+    }
+
+    /// Why an episode ended, in the words of logs and recordings.
+    pub fn end_name(&self, ended: EndReason) -> &str {
+        match ended {
+            EndReason::Rule(k) => match self.termination.extra.rules().get(usize::from(k)) {
+                Some(rule) => &rule.name,
+                None => ended.name(),
+            },
+            _ => ended.name(),
+        }
     }
 }

@@ -1,12 +1,10 @@
 //! What else may differ from one training episode to the next: the body, the ground, pushes, the strength and the delay
 //! of its actuators, the noise of its sensors. *Not in the paper.*
 
-use crate::TaskError;
-use crate::disturbance::{
-    FARTHEST_M, TerrainParameters, TerrainStep, UnevenGround, require_spacing,
-};
+use crate::error::require;
 use crate::observation::OBSERVATION_SIZE;
-use crate::parameters::require;
+use crate::terrain::{FARTHEST_M, require_spacing};
+use crate::{TaskError, TerrainParameters, TerrainStep, UnevenGround};
 use gaitshift_body::{Body, BodyParameters, ParameterError};
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};

@@ -1,7 +1,7 @@
 //! The reward (2)-(7) of the paper, term by term.
 
 use crate::overrides::keyed_numbers;
-use crate::{ExtraTerms, MOST_EXTRA};
+use crate::{ExtraTerms, MOST_EXTRA, RewardTerms, StepEnergies};
 use gaitshift_body::{BodyState, LEFT, RIGHT};
 use serde::{Deserialize, Serialize};
 
@@ -95,66 +95,6 @@ impl Default for RewardParameters {
             leg_term: LegTerm::default(),
             extra: ExtraTerms::default(),
         }
-    }
-}
-
-/// The energies of one step that the reward prices, in J.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct StepEnergies {
-    /// Change of the body's total energy, without the work of external forces on it.
-    pub change_j: f64,
-    /// Lost to friction under the feet.
-    pub friction_loss_j: f64,
-    /// Positive work of both actuators.
-    pub positive_work_j: f64,
-}
-
-/// The weighted terms of one step's reward, before the common factor.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct RewardTerms {
-    /// `-ω_E |ΔE|` of (2).
-    pub energy: f64,
-    /// `ω_v ẋ` of (2).
-    pub velocity: f64,
-    /// `f_forward`, (3).
-    pub forward: f64,
-    /// `f_alive`, (4).
-    pub alive: f64,
-    /// `ω_l f_leg`, (6).
-    pub leg: f64,
-    /// The price of friction, not in the paper.
-    pub friction: f64,
-    /// The price of positive work, not in the paper.
-    pub work: f64,
-    /// `ω_s f_sym`, (7); zero unless the learner supplies it.
-    pub symmetry: f64,
-    /// Those of one's own, in their order; the rest is zero.
-    pub extra: [f64; MOST_EXTRA],
-}
-
-impl RewardTerms {
-    /// Names in the order of [`RewardTerms::values`].
-    pub const NAMES: [&'static str; 8] = [
-        "energy", "velocity", "forward", "alive", "leg", "friction", "work", "symmetry",
-    ];
-
-    /// The terms in the order of [`RewardTerms::NAMES`], without those of one's own.
-    pub fn values(&self) -> [f64; 8] {
-        [
-            self.energy,
-            self.velocity,
-            self.forward,
-            self.alive,
-            self.leg,
-            self.friction,
-            self.work,
-            self.symmetry,
-        ]
-    }
-
-    /// Their sum: (2) of the paper, and the terms of one's own.
-    pub fn sum(&self) -> f64 {
-        self.values().iter().chain(&self.extra).sum()
     }
 }
 
