@@ -87,12 +87,12 @@ pub enum EndReason {
 impl EndReason {
     /// What [`EndReason::name`] gives.
     pub(crate) const NAMES: [&'static str; 6] = [
-        "time limit",
-        "pitch",
-        "hip height",
-        "diverged",
-        "undefined",
-        "rule",
+        Self::TimeLimit.name(),
+        Self::Pitch.name(),
+        Self::HipHeight.name(),
+        Self::Diverged.name(),
+        Self::Undefined.name(),
+        Self::Rule(0).name(),
     ];
 
     /// Whether the body fell (as opposed to the time limit).
@@ -104,7 +104,7 @@ impl EndReason {
         matches!(self, Self::Diverged | Self::Undefined)
     }
     /// Short name; that of a rule of one's own is known to the task ([`TaskParameters::end_name`](crate::TaskParameters::end_name)).
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::TimeLimit => "time limit",
             Self::Pitch => "pitch",
