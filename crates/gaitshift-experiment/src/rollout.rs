@@ -103,12 +103,8 @@ struct ExtraColumns(Vec<(String, Vec<f64>)>);
 
 impl ExtraColumns {
     fn of(task: &TaskParameters) -> Self {
-        let names = task.reward.extra.names();
-        Self(
-            names
-                .map(|name| (format!("reward_{name}"), Vec::new()))
-                .collect(),
-        )
+        let columns = task.reward.extra.columns();
+        Self(columns.map(|column| (column, Vec::new())).collect())
     }
 
     fn push(&mut self, simulation: &Simulation) {

@@ -202,7 +202,8 @@ impl Batch {
         let server = Server::bind(&options).map_err(|e| PyOSError::new_err(e.to_string()))?;
         let start = BodyState::standing(body);
         let metadata = Simulation::new(body, task, start, 0.0).metadata(name, 0);
-        let watched = Watched::new(name, body.parameters(), metadata);
+        let own_columns = task.reward.extra.columns().collect();
+        let watched = Watched::new(name, body.parameters(), metadata, own_columns);
         let (url, stopper) = (server.url(), server.stopper());
         let show = Show::Watched(watched.clone());
         std::thread::Builder::new()
@@ -452,6 +453,8 @@ impl Batch {
                 &step.terms,
                 &mut shown.row,
             );
+            let own = self.vector.task().reward.extra.columns().count();
+            shown.row.extend(&step.terms.extra[..own]);
             shown.watched.push(&shown.row);
         }
     }

@@ -159,6 +159,11 @@ impl ExtraTerms {
         self.terms.iter().map(|term| term.name.as_str())
     }
 
+    /// The columns that recordings have for them, which are also their names in a step's `info`.
+    pub fn columns(&self) -> impl Iterator<Item = String> {
+        self.names().map(|name| format!("reward_{name}"))
+    }
+
     /// The weight in force of the term of that name.
     pub fn weight_mut(&mut self, name: &str) -> Option<&mut f64> {
         let place = self.names().position(|known| known == name)?;

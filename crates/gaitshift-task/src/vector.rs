@@ -50,7 +50,7 @@ pub fn info_names(reward: &RewardParameters) -> Vec<String> {
         .into_iter()
         .chain(terms.map(|name| format!("reward_{name}")))
         .chain(rest.map(str::to_owned))
-        .chain(reward.extra.names().map(|name| format!("reward_{name}")))
+        .chain(reward.extra.columns())
         .collect()
 }
 

@@ -13,7 +13,7 @@ function hear(message) {
   if (message.type === "cast") {
     live.period = message.control_period_s;
     const tracks = actors.map((a) => a.track);
-    actors = message.actors.map((a, k) => ({ name: a.name, body: a.body, weight: a.weight_n, trained: a.trained, track: tracks[k] || new Track() }));
+    actors = message.actors.map((a, k) => ({ name: a.name, body: a.body, weight: a.weight_n, trained: a.trained, track: tracks[k] && `${tracks[k].own}` === `${a.own_columns}` ? tracks[k] : new Track(a.own_columns) }));
     begin(message.epoch);
     $("who").textContent = message.actors.map((a) => a.name).join(" · ");
     $("which").hidden = actors.length < 2;
@@ -71,9 +71,9 @@ function take(buffer) {
   for (let k = 0; k < count; k++) {
     const time = view.getFloat64(at, true);
     at += 8;
-    if (actor.track.time.length && time <= actor.track.last) { at += 4 * COLUMNS.length; continue; }
+    if (actor.track.time.length && time <= actor.track.last) { at += 4 * actor.track.names.length; continue; }
     actor.track.time.push(time);
-    for (const name of COLUMNS) { actor.track.column[name].push(view.getFloat32(at, true)); at += 4; }
+    for (const name of actor.track.names) { actor.track.column[name].push(view.getFloat32(at, true)); at += 4; }
   }
   actor.track.trim(SHOWN_S + 4);
 }

@@ -13,9 +13,9 @@ function decode(series) {
 }
 
 {
-  const data = JSON.parse($("data").textContent), track = new Track();
+  const data = JSON.parse($("data").textContent), track = new Track(data.own_columns);
   track.time = decode(data.time_s);
-  data.columns.forEach((series, k) => { track.column[COLUMNS[k]] = decode(series); });
+  data.columns.forEach((series, k) => { track.column[track.names[k]] = decode(series); });
   track.phases = data.phases;
   track.figures = data.figures.map(([time, gait, speed, froude, cost]) => ({ time, gait, speed, froude, cost }));
   actors = [{ name: data.controller, body: data.body, weight: data.weight_n, track }];

@@ -85,14 +85,16 @@ function drawStrips(canvas, track, now, from, cursor) {
   lines(unit * 1.4, word("costShort"), STRIPS.cost, cost);
 
   const palette = [ink.right, ink.left, ink.command, ink.quiet, ink.paper2, "#b59b00", "#56b4e9"];
-  const reward = ["rEnergy", "rVelocity", "rForward", "rAlive", "rLeg", "rFriction", "rWork"].map((name, k) => [name, values(name), palette[k]])
-    .filter(([, points]) => points.some((p) => Math.abs(p[1]) > 1e-9)).map(([name, points, colour]) => [word(name), points, colour]);
+  // The terms of the program, then those of one's own, dashed and with the names that they were given.
+  const terms = ["rEnergy", "rVelocity", "rForward", "rAlive", "rLeg", "rFriction", "rWork"].map((name, k) => [word(name), values(name), palette[k]]);
+  const own = track.own.map((name, k) => [name.replace("reward_", ""), values(name), palette[k % palette.length], [5, 3]]);
+  const reward = [...terms, ...own].filter(([, points]) => points.some((p) => Math.abs(p[1]) > 1e-9));
   range(reward.map((e) => e[1]), STRIPS.reward, 0.1, 0);
   const panel = new Panel(context, area(top, height - top - 34), x, STRIPS.reward);
   shadeSupport(context, panel, track);
   panel.frame(inner > 420 ? word("reward") : word("reward").split(" ")[0]);
-  panel.legend(reward.map(([name, , colour]) => [name, colour]));
-  for (const [, points, colour] of reward) panel.curve(points, colour, 1.4);
+  panel.legend(reward.map(([name, , colour, dash]) => [name, colour, dash]));
+  for (const [, points, colour, dash] of reward) panel.curve(points, colour, 1.4, dash);
   panel.bottom(word("timeAxis"));
   if (cursor !== undefined) strokeLine(context, [[panel.across(cursor), 20], [panel.across(cursor), height - 34]], ink.command, 1.5);
 }

@@ -4,15 +4,18 @@ const COLUMNS = ["x", "z", "theta", "phi0", "h0", "d0", "w0", "fx0", "fz0", "phi
   "pushX", "pushZ"];
 
 class Track {
-  constructor() {
+  // `own`: columns of the reward terms of one's own.
+  constructor(own = []) {
     this.time = [];
-    this.column = Object.fromEntries(COLUMNS.map((name) => [name, []]));
+    this.own = own;
+    this.names = [...COLUMNS, ...own];
+    this.column = Object.fromEntries(this.names.map((name) => [name, []]));
     this.phases = [];  // [kind, begin, end]
     this.figures = []; // {time, gait, speed, froude, cost}
   }
   clear() {
     this.time.length = 0;
-    for (const name of COLUMNS) this.column[name].length = 0;
+    for (const name of this.names) this.column[name].length = 0;
     this.phases = [];
     this.figures.length = 0;
   }
@@ -22,7 +25,7 @@ class Track {
     if (!(this.time[0] < first - 0.25 * seconds)) return;
     const count = this.before(first);
     this.time.splice(0, count);
-    for (const name of COLUMNS) this.column[name].splice(0, count);
+    for (const name of this.names) this.column[name].splice(0, count);
     const old = this.figures.findIndex((f) => f.time >= first);
     if (old > 0) this.figures.splice(0, old);
   }

@@ -38,6 +38,8 @@ pub(crate) struct Actor {
     /// The body as the sliders have it.
     body: Body,
     simulation: Simulation,
+    /// Columns of the reward terms of one's own, which follow the recording's in every row.
+    own_columns: Vec<String>,
     rows: VecDeque<f64>,
     row: Vec<f64>,
     pub history: History,
@@ -56,11 +58,14 @@ impl Actor {
     pub fn new(cast: Cast, omega_v: f64) -> Self {
         let body = cast.body.clone();
         let start = cast.start(&body);
-        let simulation = Simulation::new(&body, &cast.controller.task, start, omega_v);
+        let task = &cast.controller.task;
+        let simulation = Simulation::new(&body, task, start, omega_v);
+        let own_columns = task.reward.extra.columns().collect();
         let mut actor = Self {
             cast,
             body,
             simulation,
+            own_columns,
             rows: VecDeque::new(),
             row: Vec::new(),
             history: History::default(),
@@ -114,8 +119,10 @@ impl Actor {
 
     fn keep_row(&mut self) {
         self.simulation.row(&mut self.row);
-        if self.rows.len() >= MOST_ROWS * COLUMNS.len() {
-            self.rows.drain(..COLUMNS.len());
+        let own = &self.simulation.terms().extra[..self.own_columns.len()];
+        self.row.extend(own);
+        if self.rows.len() >= MOST_ROWS * self.row.len() {
+            self.rows.drain(..self.row.len());
         }
         self.rows.extend(&self.row);
     }
@@ -173,7 +180,12 @@ impl Actor {
         self.simulation.control_period_s()
     }
 
-    /// The latest row, in the order of the recording's columns.
+    /// Columns of the reward terms of one's own.
+    pub fn own_columns(&self) -> &[String] {
+        &self.own_columns
+    }
+
+    /// The latest row, in the order of the recording's columns and then of one's own.
     pub fn row(&self) -> &[f64] {
         &self.row
     }
@@ -188,16 +200,24 @@ impl Actor {
             metadata.ended_by = self.cast.controller.task.end_name(ended).to_owned();
         }
         let mut recording = Recording::new(metadata);
-        let width = COLUMNS.len();
+        let width = COLUMNS.len() + self.own_columns.len();
         let kept = self.rows.len() / width;
         let mut row = Vec::with_capacity(width);
+        let mut own = vec![Vec::new(); self.own_columns.len()];
         for k in kept.saturating_sub(rows)..kept {
             row.clear();
             row.extend(self.rows.range(k * width..(k + 1) * width));
             // A row that no recording can hold ends it; the motion has diverged there.
-            if recording.push_row(&row).is_err() {
+            if recording.push_row(&row[..COLUMNS.len()]).is_err() {
                 break;
             }
+            for (series, value) in own.iter_mut().zip(&row[COLUMNS.len()..]) {
+                series.push(*value);
+            }
+        }
+        for (column, series) in self.own_columns.iter().zip(own) {
+            // Such a column is one of a recording: the task has checked its name.
+            let _ = recording.set_extra(column, series);
         }
         recording
     }

@@ -1,7 +1,7 @@
 //! What page and server say to each other.
 
 use crate::stage::{Change, Now, Stage};
-use gaitshift_analysis::recording::column;
+use gaitshift_analysis::recording::{COLUMNS, column};
 use serde::{Deserialize, Serialize};
 
 /// Largest message that is read from a page, in bytes.
@@ -114,6 +114,8 @@ pub(crate) struct ActorMessage<'a> {
     pub body: &'a gaitshift_body::BodyParameters,
     pub given: &'a gaitshift_body::BodyParameters,
     pub weight_n: f64,
+    /// Columns of the reward terms of one's own, which follow the others in its samples.
+    pub own_columns: &'a [String],
 }
 
 impl<'a> CastMessage<'a> {
@@ -126,6 +128,7 @@ impl<'a> CastMessage<'a> {
                 body,
                 given: a.cast.body.parameters(),
                 weight_n: body.total_mass_kg() * body.gravity_m_per_s2,
+                own_columns: a.own_columns(),
             }
         };
         Self {
@@ -192,7 +195,8 @@ pub(crate) fn sample_columns() -> Vec<gaitshift_analysis::recording::Column> {
 }
 
 /// A binary message of samples: kind 1, biped, two bytes of nothing, epoch, number of samples (each 32 bits, little
-/// endian), then for every sample the time in s as a 64-bit float, the columns and the push as 32-bit floats.
+/// endian), then for every sample the time in s as a 64-bit float, the columns, the push and the columns of one's own as
+/// 32-bit floats.
 #[derive(Debug)]
 pub(crate) struct Samples {
     bytes: Vec<u8>,
@@ -207,6 +211,7 @@ impl Samples {
         Self { bytes, count: 0 }
     }
 
+    /// Adds a row of a recording, with the columns of one's own after the others.
     pub fn push(
         &mut self,
         row: &[f64],
@@ -218,8 +223,8 @@ impl Samples {
             self.bytes
                 .extend((row[column.index()] as f32).to_le_bytes());
         }
-        for force in push_n {
-            self.bytes.extend((force as f32).to_le_bytes());
+        for value in push_n.iter().chain(&row[COLUMNS.len()..]) {
+            self.bytes.extend((*value as f32).to_le_bytes());
         }
         self.count += 1;
     }

@@ -5,7 +5,7 @@ use crate::page;
 use crate::stage::phase_code;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use gaitshift_analysis::recording::{Column, Recording, column};
+use gaitshift_analysis::recording::{Column, Recording, column, is_extra};
 use gaitshift_analysis::support::Support;
 use gaitshift_analysis::{GaitClass, GaitRule, recent};
 use gaitshift_body::BodyParameters;
@@ -15,6 +15,9 @@ use serde::Serialize;
 const FIGURES_EVERY_S: f64 = 0.1;
 /// How long before its end a motion that fell is called fallen, in s.
 const FALL_SHOWN_S: f64 = 0.2;
+
+/// What a term of the reward is rounded to.
+const REWARD_RESOLUTION: f64 = 1e-3;
 
 /// A time series in whole multiples of what the eye can tell apart.
 #[derive(Debug, Serialize)]
@@ -34,6 +37,8 @@ struct Replay {
     weight_n: f64,
     time_s: Series,
     columns: Vec<Series>,
+    /// The last columns, of the reward terms of one's own.
+    own_columns: Vec<String>,
     /// Kind, begin and end in s.
     phases: Vec<(u8, f64, f64)>,
     figures: Vec<Figures>,
@@ -65,12 +70,18 @@ pub fn replay_html(recording: &Recording) -> Result<String, String> {
     // No push is recorded.
     let nothing = vec![0.0; recording.len()];
     columns.extend([series(&nothing, 1.0), series(&nothing, 1.0)]);
+    let mut own_columns = Vec::new();
+    for (name, values) in recording.every_column().filter(|(name, _)| is_extra(name)) {
+        own_columns.push(name.to_owned());
+        columns.push(series(values, REWARD_RESOLUTION));
+    }
     let replay = Replay {
         controller: metadata.controller.clone(),
         control_period_s: metadata.control_period_s,
         weight_n,
         time_s: series(recording.column(column::TIME_S), 1e-5),
         columns,
+        own_columns,
         phases: support
             .phases()
             .iter()
@@ -122,7 +133,7 @@ fn resolution(column: Column) -> f64 {
     if name.ends_with("_n") || name.ends_with("_j") {
         0.1
     } else if name.starts_with("reward") || name == "omega_v" {
-        1e-3
+        REWARD_RESOLUTION
     } else {
         1e-4
     }

@@ -32,6 +32,7 @@ struct Inner {
     body: BodyParameters,
     metadata: RecordingMetadata,
     columns: Vec<Column>,
+    own_columns: Vec<String>,
     sender: broadcast::Sender<Message>,
     state: Mutex<State>,
 }
@@ -44,14 +45,20 @@ struct State {
 }
 
 impl Watched {
-    /// A motion of a body, which recordings of it would describe by `metadata`.
-    pub fn new(name: &str, body: &BodyParameters, metadata: RecordingMetadata) -> Self {
+    /// A motion of a body, which recordings of it would describe by `metadata`, with columns of reward terms of one's own.
+    pub fn new(
+        name: &str,
+        body: &BodyParameters,
+        metadata: RecordingMetadata,
+        own_columns: Vec<String>,
+    ) -> Self {
         Self {
             shared: Arc::new(Inner {
                 name: name.to_owned(),
                 body: body.clone(),
                 metadata,
                 columns: sample_columns(),
+                own_columns,
                 sender: broadcast::channel(MOST_WAITING).0,
                 state: Mutex::default(),
             }),
@@ -72,15 +79,15 @@ impl Watched {
         state.rows.clear();
     }
 
-    /// Shows the next row, in the order of the recording's columns.
+    /// Shows the next row, in the order of the recording's columns and then of one's own.
     pub fn push(&self, row: &[f64]) {
-        if row.len() != COLUMNS.len() {
+        if row.len() != self.width() {
             return;
         }
         let mut state = self.state();
         state.count += 1;
-        if state.rows.len() >= MOST_ROWS * COLUMNS.len() {
-            state.rows.drain(..COLUMNS.len());
+        if state.rows.len() >= MOST_ROWS * row.len() {
+            state.rows.drain(..row.len());
         }
         state.rows.extend(row);
         // Nobody has to look.
@@ -100,12 +107,17 @@ impl Watched {
         }
     }
 
+    fn width(&self) -> usize {
+        COLUMNS.len() + self.shared.own_columns.len()
+    }
+
     fn figures(&self, state: &State) -> Option<Message> {
         let mut recording = Recording::new(self.shared.metadata.clone());
+        let width = self.width();
         let mut row = Vec::with_capacity(COLUMNS.len());
-        for k in 0..state.rows.len() / COLUMNS.len() {
+        for k in 0..state.rows.len() / width {
             row.clear();
-            row.extend(state.rows.range(k * COLUMNS.len()..(k + 1) * COLUMNS.len()));
+            row.extend(state.rows.range(k * width..k * width + COLUMNS.len()));
             if recording.push_row(&row).is_err() {
                 break;
             }
@@ -134,6 +146,7 @@ impl Watched {
                 body,
                 given: body,
                 weight_n: body.total_mass_kg() * body.gravity_m_per_s2,
+                own_columns: &self.shared.own_columns,
             }],
             films: false,
             version: env!("CARGO_PKG_VERSION"),

@@ -9,7 +9,7 @@ use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::recording::{COLUMNS, Column, Recording};
 use gaitshift_body::BodyParameters;
 use gaitshift_experiment::{CommandProfile, Deterministic, Rollout};
-use gaitshift_task::Environment;
+use gaitshift_task::{Environment, RewardParameters};
 use gaitshift_view::Stage;
 
 fn walk(stage: &mut Stage, seconds: f64) {
@@ -194,4 +194,39 @@ fn a_command_beyond_all_measure_is_refused() {
         assert!(stage.set_omega_v(omega_v).is_err());
         assert_eq!(stage.omega_v(), 0.0);
     }
+}
+
+#[test]
+fn a_reward_term_of_ones_own_is_in_a_live_recording_as_in_a_rollout() {
+    let mut own = cast();
+    let term = serde_json::json!({"name": "height", "weight": 2.0, "expression": "z_m"});
+    let reward: RewardParameters =
+        serde_json::from_value(serde_json::json!({ "extra": [term] })).unwrap();
+    own.controller.task.reward.extra = reward.extra;
+    let mut stage = Stage::new(vec![own.clone()]);
+    walk(&mut stage, 2.0);
+    let live = stage.recording(0, 60.0).unwrap();
+    let profile = CommandProfile::constant(0.0);
+    let again = Rollout {
+        body: &own.body,
+        task: &own.controller.task,
+        start: Environment::default_start(&own.body, &own.controller.task),
+        profile: &profile,
+        duration_s: live.duration_s(),
+        seed: 0,
+        disturbance: None,
+        controller: "shipped",
+    }
+    .record(&mut Deterministic(&mut own.controller.policy))
+    .unwrap();
+    let height = |recording: &Recording| {
+        let found = recording.every_column().find(|c| c.0 == "reward_height");
+        found.map(|(_, values)| values.to_vec())
+    };
+    let values = height(&live).unwrap();
+    assert_eq!(Some(&values), height(&again).as_ref());
+    assert!(values.len() > 100 && values[1..].iter().all(|v| *v > 1.0));
+    // It is in the page that plays a recording, too.
+    let page = gaitshift_view::replay_html(&live).unwrap();
+    assert!(page.contains("\"own_columns\":[\"reward_height\"]"));
 }

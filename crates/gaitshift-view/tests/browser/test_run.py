@@ -46,6 +46,17 @@ def test_a_run_shows_its_curves_and_an_evaluation_comes_onto_the_stage(view, tab
     assert page.evaluate("run.data.evaluations[1].controller") is False
 
 
+def test_a_reward_term_of_ones_own_has_its_curve_on_the_live_page(view, tab, program, tmp_path):
+    folder, term = tmp_path / "own", 'task.reward.extra=[{name="height", weight=2.0, expression="z_m"}]'
+    subprocess.run([program, "train", "fast", "--steps", "2000", "--set", term, "--out", folder], check=True, capture_output=True)
+    page = tab(view("--controller", folder / "controller-last.safetensors"))
+    until(page, "actors[0].track.last > 0.2")
+    heights = page.evaluate("actors[0].track.column.reward_height")
+    assert len(heights) > 10 and all(0.5 < height < 3 for height in heights[1:])
+    # The other columns are where they were.
+    assert page.evaluate("actors[0].track.column.z.every(z => z > 0.3 && z < 1.5)")
+
+
 def test_what_is_no_run_is_refused(program, tmp_path):
     result = subprocess.run([program, "view", tmp_path], capture_output=True, text=True)
     assert result.returncode == 2

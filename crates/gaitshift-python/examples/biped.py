@@ -1,0 +1,139 @@
+"""Our learner and Stable-Baselines3's on the biped, at equal steps and at equal minutes.
+
+    pip install 'gaitshift' stable-baselines3
+    python crates/gaitshift-python/examples/biped.py --steps 100000 --seeds 1 2 3 --out out/biped
+
+For each seed, one after the other, on one thread each:
+
+  Stable-Baselines3   its SAC with the settings of its zoo for a planar walker (Walker2d)
+  gaitshift.SAC       ours with the same settings and the same steps
+  gaitshift train     a recipe, for as long as Stable-Baselines3 took
+
+All learn and are judged by the reward and the starts of the same environment, the commands drawn from all of its range.
+"""
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+
+import gaitshift
+
+COMMANDS = (0.0, 1.0, 2.0, 3.0)
+# What the zoo gives for Walker2d; the rest, two layers of 256 units and an update per step among it, is SAC's default.
+LEARNING_STARTS = 10_000
+
+
+class ScaledObservation(gymnasium.ObservationWrapper):
+    """Observations of order one, as `gaitshift train` scales them."""
+
+    def __init__(self, env):
+        super().__init__(env)
+        self.scale = np.array(gaitshift.OBSERVATION_SCALE)
+        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (14,), np.float32)
+
+    def observation(self, observation):
+        return (observation * self.scale).astype(np.float32)
+
+
+def make(recipe, omega_v=(-0.5, 3.5)):
+    return ScaledObservation(gymnasium.make("gaitshift/PassiveBiped-v0", experiment=recipe, omega_v=omega_v))
+
+
+def train_theirs(recipe, steps, seed, starts):
+    import torch
+    from stable_baselines3 import SAC
+
+    torch.set_num_threads(1)
+    model = SAC("MlpPolicy", make(recipe), seed=seed, learning_starts=starts, device="cpu").learn(steps)
+    return lambda observation: model.predict(observation, deterministic=True)[0]
+
+
+def train_ours(recipe, steps, seed, starts):
+    env = make(recipe)
+    env.action_space.seed(seed)
+    learner = gaitshift.SAC.for_spaces(
+        env.observation_space, env.action_space, seed=seed, hidden=(256, 256), capacity=steps, threads=1
+    )
+    observation, _ = env.reset(seed=seed)
+    for step in range(steps):
+        action = env.action_space.sample() if step < starts else learner.act(observation)
+        following, reward, terminated, truncated, _ = env.step(action)
+        learner.observe(observation, action, reward, following, terminated, truncated)
+        observation = env.reset()[0] if terminated or truncated else following
+        if step >= starts:
+            learner.update()
+    return lambda observation: learner.predict(observation, deterministic=True)[0]
+
+
+def train_recipe(recipe, seconds, seed, folder):
+    run = gaitshift.train(recipe, seed=seed, out=folder, threads=1, callback=lambda progress: progress.elapsed_s < seconds)
+    scale = np.array(gaitshift.OBSERVATION_SCALE)
+    controller = run.best if len(run.controllers) else run.last  # before the first evaluation there is no best
+    return lambda observation: controller(observation / scale)
+
+
+def judge(act, recipe, episodes=32):
+    """Mean return over the whole range of commands, and time upright and mean speed at some, from the same starts for all."""
+
+    def play(env, seed):
+        observation, info = env.reset(seed=seed)
+        total, start_m, over = 0.0, info["x_m"], False
+        while not over:
+            observation, reward, terminated, truncated, info = env.step(act(observation))
+            total += reward
+            over = terminated or truncated
+        return total, info["time_s"], (info["x_m"] - start_m) / info["time_s"]
+
+    env = make(recipe)
+    result = {"return": float(np.mean([play(env, 10_000 + episode)[0] for episode in range(episodes)]))}
+    for omega_v in COMMANDS:
+        env = make(recipe, omega_v)
+        played = np.array([play(env, 10_000 + episode) for episode in range(8)])
+        result[f"at {omega_v:g}"] = [float(played[:, 1].mean()), float(played[:, 2].mean())]
+    return result
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--recipe", default="fast")
+    parser.add_argument("--steps", type=int, default=100_000)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
+    parser.add_argument("--learning-starts", type=int, default=LEARNING_STARTS)
+    parser.add_argument("--ours-only", action="store_true", help="without Stable-Baselines3; the recipe gets our time")
+    parser.add_argument("--out", type=Path, default=Path("out/biped"))
+    arguments = parser.parse_args()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    table = arguments.out / "biped.json"
+    # Kept after each training, so that an interrupted comparison goes on where it was.
+    rows = json.loads(table.read_text()) if table.exists() else []
+    for seed in arguments.seeds:
+
+        def learn(name, train, *settings, seed=seed):
+            found = [row for row in rows if (row["learner"], row["seed"]) == (name, seed)]
+            if found:
+                return found[0]["seconds"]
+            start = time.perf_counter()
+            act = train(arguments.recipe, *settings)
+            seconds = time.perf_counter() - start
+            rows.append({"learner": name, "seed": seed, "seconds": seconds, **judge(act, arguments.recipe)})
+            table.write_text(json.dumps(rows, indent=1) + "\n")
+            return seconds
+
+        sizes = (arguments.steps, seed, arguments.learning_starts)
+        allowed = learn("gaitshift.SAC", train_ours, *sizes)
+        if not arguments.ours_only:
+            allowed = learn("Stable-Baselines3", train_theirs, *sizes)
+        learn("gaitshift train", train_recipe, allowed, seed, arguments.out / f"seed-{seed}")
+
+    print(f"{'learner':<18} {'seed':>4} {'time':>7} {'return':>7}  time upright and speed at ω_v = 0, 1, 2, 3")
+    for row in rows:
+        motions = "  ".join(f"{row[f'at {omega_v:g}'][0]:4.1f} s {row[f'at {omega_v:g}'][1]:5.2f} m/s" for omega_v in COMMANDS)
+        print(f"{row['learner']:<18} {row['seed']:>4} {row['seconds']:>5.0f} s {row['return']:>7.1f}  {motions}")
+
+
+if __name__ == "__main__":
+    main()
