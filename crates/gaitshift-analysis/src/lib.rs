@@ -37,7 +37,8 @@ pub use recent::{Recent, recent};
 pub use recording::{Recording, RecordingMetadata, Side, Window};
 pub use summary::{AnalysisOptions, GaitSummary, summarise};
 pub use transition::{
-    GaitChange, TransitionOptions, TransitionSummary, changes_of_gait, summarise_transition,
+    GaitChange, REST_S, TransitionOptions, TransitionSummary, changes_of_gait, command_changes,
+    summarise_transition,
 };
 
 /// The value if it is a finite number: extreme but finite recordings can overflow in a ratio or a sum.

@@ -4,7 +4,10 @@ use crate::convert::{from_python, os_error, to_python, value_error};
 use gaitshift_analysis::recording::{
     COLUMNS, Column, Detail, RecordingError, RecordingMetadata, is_extra,
 };
-use gaitshift_analysis::{AnalysisOptions, TransitionOptions, summarise, summarise_transition};
+use gaitshift_analysis::{
+    AnalysisOptions, TransitionOptions, changes_of_gait, command_changes, summarise,
+    summarise_transition,
+};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyKeyError, PyOSError};
 use pyo3::prelude::*;
@@ -157,5 +160,11 @@ impl Recording {
         let options = TransitionOptions::default();
         let summary = summarise_transition(&self.0, ramp_start_s, ramp_end_s, &options);
         to_python(py, &summary)
+    }
+
+    fn changes_of_gait<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let ramps = command_changes(&self.0);
+        let options = TransitionOptions::default();
+        to_python(py, &changes_of_gait(&self.0, &ramps, &options))
     }
 }

@@ -42,9 +42,11 @@ def test_a_changing_command_and_its_analysis(program, tmp_path, controller):
     )
     ours = controller.record([(4.0, 0.0), (4.4, 3.0)], 8.4)
     assert_same(ours, gaitshift.Recording.read_csv(tmp_path / "recording.csv"))
-    # What the program adds for each change of a whole profile.
-    steady = {key: value for key, value in theirs.items() if key != "changes"}
-    assert ours.transition_summary(4.0, 4.4) == steady and len(theirs["changes"]) == 1
+    changes = theirs.pop("changes")
+    assert ours.transition_summary(4.0, 4.4) == theirs
+    assert ours.changes_of_gait() == changes and len(changes) == 1
+    assert (changes[0]["gait_before"], changes[0]["gait_after"]) == ("walking", "running")
+    assert controller.record(0.0, 2.0).changes_of_gait() == []
     # The program analyses the file as it analysed the motion.
     [analysed] = json.loads(program("analyse", "--transition", "--json", tmp_path / "recording.csv"))["transitions"]
     assert analysed["ramp_start_s"] == 4.0 and analysed["ramp_end_s"] == 4.4

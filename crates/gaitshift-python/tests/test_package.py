@@ -4,6 +4,7 @@ outside learners run."""
 import ast
 import importlib.metadata
 import inspect
+import json
 import os
 import subprocess
 import sys
@@ -120,6 +121,21 @@ def test_the_example_of_the_learner_alone_runs(tmp_path):
     one_thread = {**os.environ, "OMP_NUM_THREADS": "1"}
     said = subprocess.run(command, check=True, capture_output=True, cwd=tmp_path, env=one_thread, text=True).stdout
     assert "time, theirs by ours" in said
+
+
+def test_the_comparison_on_the_biped_runs_and_goes_on_where_it_was(tmp_path):
+    example = Path(__file__).parents[1] / "examples" / "biped.py"
+    command = [sys.executable, example, "--steps", "300", "--learning-starts", "200", "--out", tmp_path, "--seeds"]
+    one_thread = {**os.environ, "OMP_NUM_THREADS": "1"}
+
+    def run(*seeds):
+        subprocess.run([*command, *seeds], check=True, capture_output=True, cwd=tmp_path, env=one_thread)
+        return json.loads((tmp_path / "biped.json").read_text())
+
+    first = run("1")
+    assert [row["learner"] for row in first] == ["gaitshift.SAC", "Stable-Baselines3", "gaitshift train"]
+    assert all(row["seconds"] > 0 and 0 < row["at 3"][0] <= 10.01 for row in first)
+    assert run("1", "2")[:3] == first
 
 
 @pytest.mark.parametrize("call", ["accelerations", "advance"])

@@ -5,10 +5,10 @@ use crate::failure::Failure;
 use crate::gaits::{describe, print_gaits};
 use crate::output;
 use crate::transition;
-use gaitshift_analysis::recording::{Recording, column};
+use gaitshift_analysis::recording::Recording;
 use gaitshift_analysis::{
     GaitChange, GaitSummary, TransitionOptions, TransitionSummary, changes_of_gait,
-    summarise_transition,
+    command_changes, summarise_transition,
 };
 use serde::Serialize;
 use std::path::Path;
@@ -87,7 +87,7 @@ fn rows(recordings: &[(&Path, Recording)], arguments: &AnalyseArguments) -> Resu
 fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure> {
     let mut transitions = Vec::new();
     for (path, recording) in recordings {
-        let ramps = ramps(recording);
+        let ramps = command_changes(recording);
         let (Some(&(ramp_start_s, _)), Some(&(_, ramp_end_s))) = (ramps.first(), ramps.last())
         else {
             return Err(Failure::input(format!(
@@ -122,20 +122,4 @@ fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure>
         }
     }
     Ok(())
-}
-
-/// The stretches in which the command changes, in s, those close together as one. A row holds the command as it was at the
-/// beginning of its period, that is at the time of the row before.
-fn ramps(recording: &Recording) -> Vec<(f64, f64)> {
-    let commands = recording.column(column::OMEGA_V);
-    let times = recording.column(column::TIME_S);
-    let mut ramps: Vec<(f64, f64)> = Vec::new();
-    for row in (1..commands.len()).filter(|&row| commands[row] != commands[row - 1]) {
-        let (start_s, end_s) = (times[row.saturating_sub(2)], times[row - 1]);
-        match ramps.last_mut() {
-            Some(last) if start_s - last.1 < transition::REST_S => last.1 = end_s,
-            _ => ramps.push((start_s, end_s)),
-        }
-    }
-    ramps
 }

@@ -6,7 +6,7 @@ use crate::motion::{Subject, read_profile, write_recording};
 use crate::output::{self, number};
 use gaitshift_analysis::recording::{Recording, column};
 use gaitshift_analysis::{
-    GaitChange, GaitClass, TransitionOptions, TransitionSummary, changes_of_gait,
+    GaitChange, GaitClass, REST_S, TransitionOptions, TransitionSummary, changes_of_gait,
     summarise_transition,
 };
 use gaitshift_experiment::CommandProfile;
@@ -16,8 +16,6 @@ use std::path::{Path, PathBuf};
 
 /// What the figure shows before the ramp and after it, in s.
 const SHOWN_S: f64 = 2.5;
-/// Shortest rest of the command between two changes that makes them two: a gait needs some strides to be told, in s.
-pub const REST_S: f64 = 4.0;
 
 /// A change of the command.
 #[derive(Debug)]

@@ -112,6 +112,13 @@ class Recording(Mapping[str, NDArray[np.float64]]):
         """The motion before a change of the command and after it: the fields of ``gaitshift transition --json``."""
         return self._native.transition_summary(ramp_start_s, ramp_end_s)
 
+    def changes_of_gait(self) -> list[dict[str, Any]]:
+        """What each change of the command does to the gait: ``changes`` of ``gaitshift transition --json``.
+
+        Changes of the command with less than 4 s between them count as one.
+        """
+        return self._native.changes_of_gait()
+
     def __reduce__(self) -> tuple[Any, ...]:
         return Recording, (self.metadata, dict(self))
 
