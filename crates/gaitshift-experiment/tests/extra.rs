@@ -215,7 +215,8 @@ fn a_rule_ends_a_motion_by_its_name() {
     });
     assert!(recording.metadata.fell);
     assert_eq!(recording.metadata.ended_by, "enough");
-    assert_eq!(recording.len(), 12);
+    let periods = (0.1 / task.control_period_s).round() as usize + 1;
+    assert_eq!(recording.len(), periods + 1);
 }
 
 #[test]

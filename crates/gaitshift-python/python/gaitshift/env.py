@@ -37,14 +37,14 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     right and left; the command ``omega_v``. ``gaitshift.OBSERVATION_SCALE`` brings them to order one.
 
     **Action**, shape ``(2,)``, in [-1, 1]: forces of the right and the left actuator in units of their greatest
-    (600 N by default), positive lengthening the leg, held for one control period (0.01 s by default). What lies beyond
+    (600 N by default), positive lengthening the leg, held for one control period (5 ms in the default recipe). What lies beyond
     [-1, 1] is limited to it.
 
     **Reward**: (2) of the paper with the task's weights, times the task's common factor, without the symmetry term (7),
     which depends on the policy and not on the motion.
 
     **End**: terminated by a fall (pitch, the hip too low, a rule of ``task["termination"]["extra"]``) or by a diverged
-    simulation (``info["diverged"]``); truncated by the task's time limit (10 s by default).
+    simulation (``info["diverged"]``); truncated by the task's time limit (5 s in the default recipe).
 
     **info**: floats by the names of ``gaitshift.INFO_NAMES``: the reward's weighted terms (their sum times the common
     factor is the reward), energies, works and losses since the episode began (J), contact forces (N, means over the
