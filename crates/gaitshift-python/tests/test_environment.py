@@ -69,7 +69,7 @@ def test_a_fall_terminates_where_the_program_says(program, tmp_path):
 
 
 def test_the_time_limit_truncates():
-    env = make(task={"termination": {"time_limit_s": 0.05}})
+    env = make(task={"control_period_s": 0.01, "termination": {"time_limit_s": 0.05}})
     env.reset(seed=1)
     ends = [env.step(np.zeros(2))[2:4] for _ in range(5)]
     assert ends == [(False, False)] * 4 + [(False, True)]

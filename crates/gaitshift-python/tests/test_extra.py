@@ -15,11 +15,12 @@ from gaitshift.vector import PassiveBipedVectorEnv
 
 TERM = {"name": "calm", "weight": 0.5, "expression": "-right_command^2 - abs(left_command - left_previous_command)"}
 RULE = {"name": "late", "expression": "time_s > 0.055"}
-TASK = {"reward": {"extra": [TERM]}, "termination": {"extra": [RULE]}}
+PERIOD = {"control_period_s": 0.01}
+TASK = {**PERIOD, "reward": {"extra": [TERM]}, "termination": {"extra": [RULE]}}
 
 
 def test_the_term_is_in_reward_and_info() -> None:
-    plain, own = PassiveBipedEnv(omega_v=1.0), PassiveBipedEnv(omega_v=1.0, task=TASK)
+    plain, own = PassiveBipedEnv(omega_v=1.0, task=PERIOD), PassiveBipedEnv(omega_v=1.0, task=TASK)
     for env in (plain, own):
         env.reset(seed=1)
     before = 0.2

@@ -57,7 +57,7 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     Environments can be pickled and copied (``copy.deepcopy``) in mid-episode; the copy continues to the same bits.
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 100}
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 200}
 
     def __init__(
         self,

@@ -45,7 +45,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
 
     metadata: dict[str, Any] = {
         "render_modes": ["rgb_array"],
-        "render_fps": 100,
+        "render_fps": 200,
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
 
