@@ -48,7 +48,8 @@ def test_a_run_shows_its_curves_and_an_evaluation_comes_onto_the_stage(view, tab
 
 def test_a_reward_term_of_ones_own_has_its_curve_on_the_live_page(view, tab, program, tmp_path):
     folder, term = tmp_path / "own", 'task.reward.extra=[{name="height", weight=2.0, expression="z_m"}]'
-    subprocess.run([program, "train", "fast", "--steps", "2000", "--set", term, "--out", folder], check=True, capture_output=True)
+    training = [program, "train", "fast", "--steps", "2000", "--set", term, "--out", folder]
+    subprocess.run(training, check=True, capture_output=True)
     page = tab(view("--controller", folder / "controller-last.safetensors"))
     until(page, "actors[0].track.last > 0.2")
     heights = page.evaluate("actors[0].track.column.reward_height")
