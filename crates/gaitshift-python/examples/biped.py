@@ -27,20 +27,14 @@ COMMANDS = (0.0, 1.0, 2.0, 3.0)
 LEARNING_STARTS = 10_000
 
 
-class ScaledObservation(gymnasium.ObservationWrapper):
-    """Observations of order one, as `gaitshift train` scales them."""
-
-    def __init__(self, env):
-        super().__init__(env)
-        self.scale = np.array(gaitshift.OBSERVATION_SCALE)
-        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (14,), np.float32)
-
-    def observation(self, observation):
-        return (observation * self.scale).astype(np.float32)
+# To observations of order one, as `gaitshift train` scales them.
+SCALE = np.array(gaitshift.OBSERVATION_SCALE)
 
 
 def make(recipe, omega_v=(-0.5, 3.5)):
-    return ScaledObservation(gymnasium.make("gaitshift/PassiveBiped-v0", experiment=recipe, omega_v=omega_v))
+    env = gymnasium.make("gaitshift/PassiveBiped-v0", experiment=recipe, omega_v=omega_v)
+    space = gymnasium.spaces.Box(-np.inf, np.inf, SCALE.shape, np.float32)
+    return gymnasium.wrappers.TransformObservation(env, lambda seen: (seen * SCALE).astype(np.float32), space)
 
 
 def train_theirs(recipe, steps, seed, starts):
@@ -71,9 +65,8 @@ def train_ours(recipe, steps, seed, starts):
 
 def train_recipe(recipe, seconds, seed, folder):
     run = gaitshift.train(recipe, seed=seed, out=folder, threads=1, callback=lambda progress: progress.elapsed_s < seconds)
-    scale = np.array(gaitshift.OBSERVATION_SCALE)
     controller = run.best if len(run.controllers) else run.last  # before the first evaluation there is no best
-    return lambda observation: controller(observation / scale)
+    return lambda observation: controller(observation / SCALE)
 
 
 def judge(act, recipe, episodes=32):
