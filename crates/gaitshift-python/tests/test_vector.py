@@ -119,7 +119,8 @@ def test_commands_of_each_environment():
 
 
 def test_it_steps_without_the_interpreters_lock():
-    env = gymnasium.make_vec(ID, num_envs=64).unwrapped
+    # Long control periods, so that a step takes milliseconds.
+    env = gymnasium.make_vec(ID, num_envs=64, task={"control_period_s": 0.05}).unwrapped
     env.reset(seed=1)
     actions = np.zeros((64, 2))
     running, counted = True, 0
