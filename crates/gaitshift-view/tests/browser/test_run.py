@@ -51,7 +51,7 @@ def test_a_reward_term_of_ones_own_has_its_curve_on_the_live_page(view, tab, pro
     training = [program, "train", "fast", "--steps", "2000", "--set", term, "--out", folder]
     subprocess.run(training, check=True, capture_output=True)
     page = tab(view("--controller", folder / "controller-last.safetensors"))
-    until(page, "actors[0].track.last > 0.2")
+    until(page, "actors.length && actors[0].track.last > 0.2")
     heights = page.evaluate("actors[0].track.column.reward_height")
     assert len(heights) > 10 and all(0.5 < height < 3 for height in heights[1:])
     # The other columns are where they were.
