@@ -10,6 +10,7 @@ For each seed, one after the other, on one thread each:
   gaitshift train     a recipe, for as long as Stable-Baselines3 took
 
 All learn and are judged by the reward and the starts of the same environment, the commands drawn from all of its range.
+The two loops that learn are those of pendulum.py beside this file.
 """
 
 import argparse
@@ -19,13 +20,13 @@ from pathlib import Path
 
 import gymnasium
 import numpy as np
+from pendulum import train_ours, train_theirs
 
 import gaitshift
 
 COMMANDS = (0.0, 1.0, 2.0, 3.0)
 # What the zoo gives for Walker2d; the rest, two layers of 256 units and an update per step among it, is SAC's default.
 LEARNING_STARTS = 10_000
-
 
 # To observations of order one, as `gaitshift train` scales them.
 SCALE = np.array(gaitshift.OBSERVATION_SCALE)
@@ -37,30 +38,14 @@ def make(recipe, omega_v=(-0.5, 3.5)):
     return gymnasium.wrappers.TransformObservation(env, lambda seen: (seen * SCALE).astype(np.float32), space)
 
 
-def train_theirs(recipe, steps, seed, starts):
-    import torch
-    from stable_baselines3 import SAC
+def with_learner(train):
+    """Training of a learner on the task of a recipe, which gives what acts."""
 
-    torch.set_num_threads(1)
-    model = SAC("MlpPolicy", make(recipe), seed=seed, learning_starts=starts, device="cpu").learn(steps)
-    return lambda observation: model.predict(observation, deterministic=True)[0]
+    def trained(recipe, steps, seed, starts):
+        learner = train(make(recipe), steps, seed, starts)
+        return lambda observation: learner.predict(observation, deterministic=True)[0]
 
-
-def train_ours(recipe, steps, seed, starts):
-    env = make(recipe)
-    env.action_space.seed(seed)
-    learner = gaitshift.SAC.for_spaces(
-        env.observation_space, env.action_space, seed=seed, hidden=(256, 256), capacity=steps, threads=1
-    )
-    observation, _ = env.reset(seed=seed)
-    for step in range(steps):
-        action = env.action_space.sample() if step < starts else learner.act(observation)
-        following, reward, terminated, truncated, _ = env.step(action)
-        learner.observe(observation, action, reward, following, terminated, truncated)
-        observation = env.reset()[0] if terminated or truncated else following
-        if step >= starts:
-            learner.update()
-    return lambda observation: learner.predict(observation, deterministic=True)[0]
+    return trained
 
 
 def train_recipe(recipe, seconds, seed, folder):
@@ -117,9 +102,9 @@ def main():
             return seconds
 
         sizes = (arguments.steps, seed, arguments.learning_starts)
-        allowed = learn("gaitshift.SAC", train_ours, *sizes)
+        allowed = learn("gaitshift.SAC", with_learner(train_ours), *sizes)
         if not arguments.ours_only:
-            allowed = learn("Stable-Baselines3", train_theirs, *sizes)
+            allowed = learn("Stable-Baselines3", with_learner(train_theirs), *sizes)
         learn("gaitshift train", train_recipe, allowed, seed, arguments.out / f"seed-{seed}")
 
     print(f"{'learner':<18} {'seed':>4} {'time':>7} {'return':>7}  time upright and speed at ω_v = 0, 1, 2, 3")

@@ -22,31 +22,30 @@ HIDDEN = (256, 256)
 LEARNING_STARTS = 100
 
 
-def train_ours(steps, seed):
-    env = gymnasium.make(TASK)
+def train_ours(env, steps, seed, starts, **settings):
     env.action_space.seed(seed)
     learner = gaitshift.SAC.for_spaces(
-        env.observation_space, env.action_space, seed=seed, hidden=HIDDEN, capacity=steps, **SETTINGS
+        env.observation_space, env.action_space, seed=seed, hidden=HIDDEN, capacity=steps, **settings
     )
     observation, _ = env.reset(seed=seed)
     for step in range(steps):
-        action = env.action_space.sample() if step < LEARNING_STARTS else learner.act(observation)
+        action = env.action_space.sample() if step < starts else learner.act(observation)
         following, reward, terminated, truncated, _ = env.step(action)
         learner.observe(observation, action, reward, following, terminated, truncated)
         observation = env.reset()[0] if terminated or truncated else following
-        if step >= LEARNING_STARTS:
+        if step >= starts:
             learner.update()
     return learner
 
 
-def train_theirs(steps, seed):
+def train_theirs(env, steps, seed, starts, **settings):
     import torch
     from stable_baselines3 import SAC
 
     torch.set_num_threads(1)
     policy = {"net_arch": list(HIDDEN)}
-    model = SAC("MlpPolicy", TASK, seed=seed, learning_starts=LEARNING_STARTS, buffer_size=steps,
-                policy_kwargs=policy, device="cpu", **SETTINGS)  # fmt: skip
+    model = SAC("MlpPolicy", env, seed=seed, learning_starts=starts, buffer_size=steps,
+                policy_kwargs=policy, device="cpu", **settings)  # fmt: skip
     return model.learn(steps)
 
 
@@ -79,7 +78,7 @@ def main():
     for seed in arguments.seeds:
         for name, train in learners.items():
             start = time.perf_counter()
-            learner = train(arguments.steps, seed)
+            learner = train(gymnasium.make(TASK), arguments.steps, seed, LEARNING_STARTS, **SETTINGS)
             times_s[name].append(time.perf_counter() - start)
             returns[name].append(mean_return(learner))
             print(f"seed {seed}, {name}: return {returns[name][-1]:.0f}, {times_s[name][-1]:.1f} s", flush=True)

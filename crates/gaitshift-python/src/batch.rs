@@ -453,7 +453,7 @@ impl Batch {
                 &step.terms,
                 &mut shown.row,
             );
-            let own = self.vector.task().reward.extra.columns().count();
+            let own = self.vector.task().reward.extra.terms().len();
             shown.row.extend(&step.terms.extra[..own]);
             shown.watched.push(&shown.row);
         }
