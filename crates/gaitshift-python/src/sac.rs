@@ -277,6 +277,25 @@ impl Sac {
         self.replay.valid_len()
     }
 
+    /// What `act` drew last and `observe` may be given, with ln π of each row.
+    #[getter]
+    fn drawn(&self) -> (Vec<f32>, Vec<f32>) {
+        (self.actions.clone(), self.log_probs.clone())
+    }
+
+    #[setter]
+    fn set_drawn(&mut self, drawn: (Vec<f32>, Vec<f32>)) -> PyResult<()> {
+        let (actions, log_probs) = drawn;
+        let finite = actions.iter().chain(&log_probs).all(|v| v.is_finite());
+        if actions.len() != log_probs.len() * self.agent.action_size() || !finite {
+            return Err(value_error(
+                "`drawn` does not hold one finite ln π for each action",
+            ));
+        }
+        (self.actions, self.log_probs) = (actions, log_probs);
+        Ok(())
+    }
+
     fn set_learning_rate(&mut self, learning_rate: f64) -> PyResult<()> {
         self.agent
             .set_learning_rate(learning_rate)

@@ -2,6 +2,8 @@
 calls give the same numbers for any number of threads, saved and loaded or not; actions keep their bounds; what is wrong
 is one clear error and changes nothing."""
 
+import json
+
 import gymnasium
 import numpy as np
 import pytest
@@ -80,6 +82,22 @@ def test_saved_and_loaded_it_goes_on_to_the_same_bits(tmp_path, settings):
     assert loaded.settings == through.settings
     np.testing.assert_array_equal(learned(through), learned(loaded))
     assert [path.name for path in tmp_path.iterdir()] == ["learner"]
+
+
+@pytest.mark.parametrize("settings", [{}, {"n_step": 3}])
+def test_saved_between_acting_and_observing_it_goes_on_to_the_same_bits(tmp_path, settings):
+    """The probability of the action that was drawn was lost: sums over several rewards took it for a random one."""
+    learner, env = make(seed=2, **settings), Reach()
+    drive(learner, env, 99, seed=1)
+    observation, _ = env.reset()
+    action = learner.act(observation)
+    learner.save(tmp_path / "learner")
+    loaded = gaitshift.SAC.load(tmp_path / "learner")
+    following, reward, terminated, truncated, _ = env.step(action)
+    for each in (learner, loaded):
+        each.observe(observation, action, reward, following, terminated, truncated)
+        each.update(60)
+    np.testing.assert_array_equal(learned(learner), learned(loaded))
 
 
 def test_several_environments_are_observed_row_by_row():
@@ -171,6 +189,9 @@ def test_what_is_no_saved_learner_is_refused_and_nothing_is_overwritten(tmp_path
     with pytest.raises(ValueError, match=r"agent\.safetensors"):
         gaitshift.SAC.load(tmp_path / "learner")
     learner.save(tmp_path / "learner")
-    (tmp_path / "learner" / "sac.json").write_text("{}")
-    with pytest.raises(ValueError, match=r"sac\.json"):
-        gaitshift.SAC.load(tmp_path / "learner")
+    settings = tmp_path / "learner" / "sac.json"
+    saved = json.loads(settings.read_text())
+    for damaged in ({}, saved | {"drawn": [[0.5], []]}, saved | {"drawn": "nothing"}):
+        settings.write_text(json.dumps(damaged))
+        with pytest.raises(ValueError, match=r"sac\.json"):
+            gaitshift.SAC.load(tmp_path / "learner")

@@ -251,13 +251,19 @@ class SAC:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Saves networks, optimiser, random numbers and replay buffer in a folder, over one that was saved before.
 
-        Best between two episodes: environments are not part of it.
+        Environments are not part of it; where they go on as they were, learning goes on to the same bits, also when it
+        was saved between :meth:`act` and :meth:`observe`.
 
         Raises:
             OSError: it cannot be written.
             ValueError: something else is there already.
         """
-        more = {"format": _FORMAT, "action_low": self._low.tolist(), "action_high": self._high.tolist()}
+        more = {
+            "format": _FORMAT,
+            "action_low": self._low.tolist(),
+            "action_high": self._high.tolist(),
+            "drawn": self._native.drawn,
+        }
         self._native.save(os.fspath(path), [(_SETTINGS, json.dumps(more) + "\n")])
 
     @classmethod
@@ -276,6 +282,8 @@ class SAC:
             if more["format"] != _FORMAT:
                 raise ValueError(f"its format is {more['format']!r}, this version reads {_FORMAT!r}")
             learner._low, learner._high = _bounds(more["action_low"], more["action_high"], learner.action_size)
+            # A folder of an earlier version has none.
+            learner._native.drawn = more.get("drawn", ([], []))
         except (ValueError, KeyError, TypeError) as error:
             raise ValueError(f"{file} is no part of a saved learner: {error}") from None
         return learner
