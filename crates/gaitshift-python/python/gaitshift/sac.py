@@ -283,7 +283,7 @@ class SAC:
                 raise ValueError(f"its format is {more['format']!r}, this version reads {_FORMAT!r}")
             learner._low, learner._high = _bounds(more["action_low"], more["action_high"], learner.action_size)
             # A folder of an earlier version has none.
-            learner._native.drawn = more.get("drawn", ([], []))
+            learner._native.drawn = tuple(more.get("drawn", ([], [])))
         except (ValueError, KeyError, TypeError) as error:
             raise ValueError(f"{file} is no part of a saved learner: {error}") from None
         return learner
