@@ -24,6 +24,8 @@ const BEFORE_FALL_S: f64 = 1.0;
 /// Shifts of the command that are tried on a walk: this many either way, this far apart.
 const SHIFTS: i32 = 14;
 const SHIFT: f64 = 0.025;
+/// So many shifts next to each other have to be good, for the one in the middle to be chosen.
+const AROUND: usize = 5;
 /// What a walk should have to spare of Froude number, either way, and of correlation.
 const FROUDE_ROOM: f64 = 0.01;
 const CORRELATION_ROOM: f64 = 0.05;
@@ -49,9 +51,9 @@ impl Control for Shifted<'_> {
 
 /// How good a walk is at the command at which `asked` asks for one, and the shift of the command that makes it so: a learner
 /// left to itself finds the walk that pays best, whose speed differs from seed to seed. The score is that
-/// of the walking criteria with some room to spare, since a walk is imitated only roughly, and one more for each of
-/// the four next commands under which it walks too: at the edge of standing nothing is safe to imitate. Nothing where no
-/// walk is asked for.
+/// of the walking criteria with some room to spare, since a walk is imitated only roughly, as a mean over five commands
+/// around: speed can change steeply with the command, and at the edge of standing nothing is safe to imitate. Nothing
+/// where no walk is asked for.
 ///
 /// # Errors
 /// A recording that refuses a row.
@@ -86,15 +88,13 @@ pub fn best_walk(
         let shift = SHIFT * f64::from(k);
         let mut control = Shifted { policy, shift };
         let judgement = judge(body, task, &criteria, &mut control)?;
-        walks.push((shift, judgement));
+        walks.push((shift, judgement.score()));
     }
-    let walking = |j: &Judgement| f64::from(j.rows[0].summary.gait == GaitClass::Walking);
-    for near in walks.windows(5) {
-        let (shift, judgement) = &near[2];
-        let neighbours: f64 = [0, 1, 3, 4].map(|k| walking(&near[k].1)).iter().sum();
-        let score = judgement.score() + neighbours;
+    for around in walks.windows(AROUND) {
+        let (shift, _) = around[AROUND / 2];
+        let score = around.iter().map(|(_, score)| score).sum::<f64>() / AROUND as f64;
         if score > best.0 {
-            best = (score, *shift);
+            best = (score, shift);
         }
     }
     Ok(best)
