@@ -1,7 +1,7 @@
 //! The walk of the first phases, remembered: states of the best walk found there and what it did in
 //! them, for the learner to rehearse while it learns to run.
 
-use crate::acceptance::{Judgement, judge};
+use crate::acceptance::judge;
 use crate::criteria::{AskedGait, Criteria};
 use crate::simulation::Control;
 use gaitshift_analysis::GaitClass;

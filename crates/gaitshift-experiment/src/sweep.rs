@@ -190,7 +190,7 @@ impl Sweep {
         for entry in &entries {
             let own = entry.experiment.as_deref().map(base_of).transpose()?;
             let mut table = file.set.clone();
-            overlay(&mut table, entry.set.clone());
+            overlay(&mut table, entry.set.clone()).map_err(wrong)?;
             for key in ["base", "name", "seed"] {
                 if table.contains_key(key) {
                     return Err(wrong(format!(

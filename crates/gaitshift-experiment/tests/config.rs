@@ -60,8 +60,75 @@ fn error(text: &str) -> String {
 }
 
 #[test]
+fn phases_and_own_terms_can_be_changed_by_name() {
+    let text = r#"
+        [[task.reward.extra]]
+        name = "upright"
+        weight = 0.2
+        expression = "-theta_rad^2"
+    "#;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("base.toml"), text).unwrap();
+    let origin = folder.path().join("mine.toml").display().to_string();
+    let changed = r#"
+        base = "./base.toml"
+        [task.reward.extra]
+        upright.weight = 0.5
+        [curriculum.phases.II]
+        steps = 7
+        reward = { omega_e = 0.1 }
+        [curriculum.phases."I, relaxed"]
+        reward = { omega_s = 0.1 }
+    "#;
+    let changed = Experiment::parse(changed, &origin).unwrap();
+    let wanted = r#"
+        [[curriculum.phases]]
+        name = "I, relaxed"
+        steps = 500_000
+        omega_v = [-0.2, 0.2]
+        reward = { omega_e = 0.06, omega_s = 0.1 } # beside what was there
+        [[curriculum.phases]]
+        name = "I"
+        steps = 4_000_000
+        omega_v = [-0.2, 0.2]
+        [[curriculum.phases]]
+        name = "II"
+        steps = 7
+        omega_v = [-0.5, 3.5]
+        reward = { omega_e = 0.1 }
+    "#;
+    let wanted = Experiment::parse(wanted, "wanted.toml").unwrap();
+    assert_eq!(changed.curriculum.phases, wanted.curriculum.phases);
+    let terms: Vec<ExtraTerm> = changed.task.reward.extra.clone().into();
+    assert_eq!(terms.len(), 1);
+    assert_eq!((terms[0].name.as_str(), terms[0].weight), ("upright", 0.5));
+    // The same by single values.
+    let paper = Experiment::recipe("paper").unwrap();
+    let one = ["curriculum.phases.I, relaxed.steps=9".to_owned()];
+    let one = paper.with_values(&one).unwrap();
+    assert_eq!(one.curriculum.phases[0].steps, 9);
+    assert_eq!(one.curriculum.phases[1..], paper.curriculum.phases[1..]);
+}
+
+#[test]
 fn mistakes_are_reported_with_file_and_key() {
     for (text, words) in [
+        (
+            "[curriculum.phases.III]\nsteps = 1",
+            vec!["mine.toml", "`III`", "curriculum.phases", "`I, relaxed`, `I`, `II`"],
+        ),
+        (
+            "[curriculum.phases]\nII = 3",
+            vec!["mine.toml", "curriculum.phases.\"II\"", "table"],
+        ),
+        (
+            "[curriculum.phases.II]\nstep = 1",
+            vec!["mine.toml", "step", "steps"],
+        ),
+        (
+            "[task.reward.extra.smooth]\nweight = 1.0",
+            vec!["mine.toml", "extra"],
+        ),
         (
             "[body]\nfrikction = 1.0",
             vec!["mine.toml", "frikction", "friction"],

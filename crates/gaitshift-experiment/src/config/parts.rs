@@ -32,7 +32,7 @@ impl Experiment {
         origin: &str,
     ) -> Result<Self, ConfigError> {
         let mut table = self.table(origin)?;
-        overlay(&mut table, values);
+        overlay(&mut table, values).map_err(|e| parse_error(origin, &e))?;
         let experiment: Self = table
             .try_into()
             .map_err(|e: toml::de::Error| parse_error(origin, &e.to_string()))?;
@@ -59,7 +59,7 @@ impl Criteria {
         }
         // A first reading reports unknown keys and wrong types with their line.
         let _: Self = toml::from_str(&text).map_err(error)?;
-        overlay(&mut whole, own);
+        overlay(&mut whole, own).map_err(|e| parse_error(&origin, &e))?;
         let criteria: Self = whole.try_into().map_err(error)?;
         match criteria.validate("") {
             Ok(()) => Ok(criteria),
@@ -112,7 +112,7 @@ pub fn load_body_overrides(
     }
     let mut whole =
         toml::Table::try_from(base).map_err(|e| self::parse_error(&origin, &e.to_string()))?;
-    overlay(&mut whole, table);
+    overlay(&mut whole, table).map_err(|e| self::parse_error(&origin, &e))?;
     let body: BodyParameters = whole.try_into().map_err(parse_error)?;
     body.validate()
         .map_err(|source| ConfigError::Body { origin, source })?;
@@ -155,7 +155,8 @@ pub fn set_body_and_task(
         let origin = format!("`{text}`");
         let mut table =
             toml::Table::try_from(&both).map_err(|e| parse_error(&origin, &e.to_string()))?;
-        overlay(&mut table, assignment(text, &["body", "task"])?);
+        overlay(&mut table, assignment(text, &["body", "task"])?)
+            .map_err(|e| parse_error(&origin, &e))?;
         both = table
             .try_into()
             .map_err(|e: toml::de::Error| parse_error(&origin, &e.to_string()))?;

@@ -1,7 +1,7 @@
 //! Reads experiments: recipes, files, and what they are based on.
 
 use super::names::parse_error;
-use super::tables::{overlay, read};
+use super::tables::{overlay, read, without_changes};
 use super::{ConfigError, Experiment};
 use std::path::{Path, PathBuf};
 
@@ -71,15 +71,14 @@ impl Experiment {
         within: &mut Vec<PathBuf>,
     ) -> Result<Self, ConfigError> {
         let parse_error = |message: String| parse_error(origin, &message);
-        // Reading the text alone first reports unknown keys and wrong types with their line.
-        let own: Self = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;
+        let own = Self::own(text, origin)?;
         let is_recipe = RECIPES.iter().any(|(_, recipe)| *recipe == text);
         let experiment = match (is_recipe, own.base.as_deref().unwrap_or("paper")) {
             (true, _) => own,
             (false, base) => {
                 let mut whole = Self::base(base, "base", origin, within)?.table(origin)?;
                 let over = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;
-                overlay(&mut whole, over);
+                overlay(&mut whole, over).map_err(parse_error)?;
                 whole
                     .try_into()
                     .map_err(|e: toml::de::Error| parse_error(e.to_string()))?
@@ -90,6 +89,18 @@ impl Experiment {
             base: None,
             ..experiment
         })
+    }
+
+    /// The text alone, which reports unknown keys and wrong types with their line. Phases given as changes of those of the
+    /// base, and own terms likewise, cannot be read without it; what is wrong in them is reported afterwards, by key.
+    fn own(text: &str, origin: &str) -> Result<Self, ConfigError> {
+        let error = |e: toml::de::Error| parse_error(origin, &e.to_string());
+        let mut table: toml::Table = toml::from_str(text).map_err(error)?;
+        if without_changes(&mut table) {
+            table.try_into().map_err(error)
+        } else {
+            toml::from_str(text).map_err(error)
+        }
     }
 
     /// What `key` of the file `origin` names: a recipe, or a file from that file's folder.
@@ -132,7 +143,7 @@ impl Experiment {
         if RECIPES.iter().any(|(_, recipe)| *recipe == text) {
             return Ok(None);
         }
-        let own: Self = toml::from_str(text).map_err(|e| parse_error(origin, &e.to_string()))?;
+        let own = Self::own(text, origin)?;
         let name = own.base.unwrap_or_else(|| "paper".to_owned());
         let base = Self::base(&name, "base", origin, &mut Vec::new())?;
         Ok(Some((name, base)))

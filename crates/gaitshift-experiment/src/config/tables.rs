@@ -3,6 +3,7 @@
 use super::ConfigError;
 use super::names::parse_error;
 use std::path::Path;
+use toml::Value;
 
 pub(crate) fn read(path: &Path) -> Result<String, ConfigError> {
     std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
@@ -27,7 +28,7 @@ pub(super) fn assignment(text: &str, tables: &[&str]) -> Result<toml::Table, Con
     let value = toml::from_str::<toml::Table>(&format!("value = {value}"))
         .ok()
         .and_then(|mut table| table.remove("value"))
-        .unwrap_or_else(|| toml::Value::String(value.to_owned()));
+        .unwrap_or_else(|| Value::String(value.to_owned()));
     let mut path: Vec<&str> = key.trim().split('.').collect();
     if let Some(first) = tables.first()
         && !tables.contains(&path[0])
@@ -38,31 +39,99 @@ pub(super) fn assignment(text: &str, tables: &[&str]) -> Result<toml::Table, Con
 }
 
 /// A table that holds one value, under the path of a key.
-pub(crate) fn nested(path: &[&str], value: toml::Value) -> toml::Table {
+pub(crate) fn nested(path: &[&str], value: Value) -> toml::Table {
     let (Some(name), rest) = (path.first(), path.get(1..).unwrap_or_default()) else {
         return toml::Table::new();
     };
     let inner = if rest.is_empty() {
         value
     } else {
-        toml::Value::Table(nested(rest, value))
+        Value::Table(nested(rest, value))
     };
     toml::Table::from_iter([((*name).to_owned(), inner)])
 }
 
 /// Puts the values of `over` into `base`, table by table; arrays, and tables whose key `kind` says
-/// what else they hold, are replaced whole.
-pub(crate) fn overlay(base: &mut toml::Table, over: toml::Table) {
+/// what else they hold, are replaced whole. What differs in an array of tables that have a `name` can also be given as a
+/// table of theirs by name: `[curriculum.phases.II]`.
+///
+/// # Errors
+/// A name that the array does not have.
+pub(crate) fn overlay(base: &mut toml::Table, over: toml::Table) -> Result<(), String> {
     for (key, value) in over {
         match (base.get_mut(&key), value) {
-            (Some(toml::Value::Table(inner)), toml::Value::Table(over))
-                if !over.contains_key("kind") =>
-            {
-                overlay(inner, over);
+            (Some(Value::Table(inner)), Value::Table(over)) if !over.contains_key("kind") => {
+                overlay(inner, over)?;
+            }
+            (Some(Value::Array(list)), Value::Table(over)) if list.iter().all(has_name) => {
+                by_name(list, over, &key)?;
             }
             (_, value) => {
                 base.insert(key, value);
             }
         }
     }
+    Ok(())
+}
+
+fn name_of(entry: &Value) -> Option<&str> {
+    entry.get("name").and_then(Value::as_str)
+}
+
+fn has_name(entry: &Value) -> bool {
+    name_of(entry).is_some()
+}
+
+/// Puts the tables of `over` into those of the list that have their names.
+fn by_name(list: &mut [Value], over: toml::Table, key: &str) -> Result<(), String> {
+    for (name, value) in over {
+        let entry = list.iter().position(|e| name_of(e) == Some(&name));
+        match (entry.and_then(|i| list[i].as_table_mut()), value) {
+            (Some(entry), Value::Table(value)) => overlay(entry, value)?,
+            (Some(_), value) => {
+                return Err(format!(
+                    "`{key}.\"{name}\"` is {value}, but it must be a table of what differs"
+                ));
+            }
+            (None, _) => {
+                let names: Vec<String> = list
+                    .iter()
+                    .filter_map(|e| Some(format!("`{}`", name_of(e)?)))
+                    .collect();
+                let known = if names.is_empty() {
+                    "there are none".to_owned()
+                } else {
+                    format!("expected one of {}", names.join(", "))
+                };
+                return Err(format!("unknown name `{name}` in `{key}`, {known}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Lists that can be given as a table of what differs from the base's, by name.
+const NAMED: [[&str; 3]; 3] = [
+    ["", "curriculum", "phases"],
+    ["task", "reward", "extra"],
+    ["task", "termination", "extra"],
+];
+
+/// Takes away such tables; says whether there were any.
+pub(super) fn without_changes(table: &mut toml::Table) -> bool {
+    let mut found = false;
+    for [first, second, list] in NAMED {
+        let outer = match first {
+            "" => Some(&mut *table),
+            first => table.get_mut(first).and_then(Value::as_table_mut),
+        };
+        let inner = outer.and_then(|t| t.get_mut(second)?.as_table_mut());
+        if let Some(inner) = inner
+            && inner.get(list).is_some_and(Value::is_table)
+        {
+            inner.remove(list);
+            found = true;
+        }
+    }
+    found
 }
