@@ -115,7 +115,12 @@ fn mistakes_are_reported_with_file_and_key() {
     for (text, words) in [
         (
             "[curriculum.phases.III]\nsteps = 1",
-            vec!["mine.toml", "`III`", "curriculum.phases", "`I, relaxed`, `I`, `II`"],
+            vec![
+                "mine.toml",
+                "`III`",
+                "curriculum.phases",
+                "`I, relaxed`, `I`, `II`",
+            ],
         ),
         (
             "[curriculum.phases]\nII = 3",
