@@ -5,7 +5,7 @@ use gaitshift_body::BodyParameters;
 use gaitshift_experiment::{
     Experiment, RECIPES, did_you_mean, load_body_overrides, set_body_and_task,
 };
-use gaitshift_task::TaskParameters;
+use gaitshift_task::{ExtraTerm, TaskParameters};
 use toml::Value;
 
 #[test]

@@ -77,7 +77,7 @@ pub(super) fn variants(vary: &Table, random: Option<Random>) -> Result<Vec<Varia
             values,
         })
     });
-    Ok(variants.collect())
+    variants.collect()
 }
 
 /// All keys below a table, in alphabetical order; a quoted key may be a whole path.
