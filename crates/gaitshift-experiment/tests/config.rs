@@ -124,7 +124,7 @@ fn mistakes_are_reported_with_file_and_key() {
         ),
         (
             "[curriculum.phases]\nII = 3",
-            vec!["mine.toml", "curriculum.phases.\"II\"", "table"],
+            vec!["mine.toml", "phases.\"II\"", "table"],
         ),
         (
             "[curriculum.phases.II]\nstep = 1",
