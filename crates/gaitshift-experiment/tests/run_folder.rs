@@ -255,7 +255,7 @@ fn an_edit_that_the_checkpoint_decides_is_refused_with_its_key() {
     let folder = root.path().join("run");
     stopped_at(2500, &folder);
     for (from, to, key) in [
-        ("gamma = 0.995", "gamma = 0.9", "`learner.gamma`"),
+        ("gamma = 0.99", "gamma = 0.9", "`learner.gamma`"),
         ("tau = 0.005", "tau = 0.01", "`learner.tau`"),
         ("n_step = ", "n_step = 1", "`learner.n_step`"),
         (
