@@ -353,6 +353,11 @@ fn experiments() {
          omega_v = 2\ngait = \"running\"\n[[criteria.changes]]\nfrom = 0\nto = 2\n"
             .into(),
     );
+    seeds.push(
+        b"base = \"fast\"\n[curriculum.phases.II]\nsteps = 9\nlearner = { horizon = 75 }\n\
+          [curriculum.phases.\"I, settling\".reward]\nomega_f = 1.0\n"
+            .to_vec(),
+    );
     try_damaged(1000, seeds, |bytes| {
         let text = String::from_utf8_lossy(bytes);
         if let Ok(experiment) = Experiment::parse(&text, "e.toml") {
