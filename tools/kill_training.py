@@ -51,7 +51,6 @@ steps_per_update = 8
 learning_starts = 500
 metrics_interval_steps = 200
 evaluation_interval_steps = 5000
-average_evaluations = 2
 checkpoint_interval_steps = 100
 replay_capacity = 4000
 [training.rehearsal]

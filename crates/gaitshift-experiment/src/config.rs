@@ -52,8 +52,6 @@ pub struct TrainingParameters {
     pub symmetry: Symmetry,
     /// See [`LearnerSettings::entropy_command_divisor`].
     pub entropy_command_divisor: f64,
-    /// See [`LearnerSettings::entropy_share_at_zero`].
-    pub entropy_share_at_zero: f64,
     /// A controller to begin with instead of a random one, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub warm_start: Option<WarmStart>,
@@ -63,9 +61,6 @@ pub struct TrainingParameters {
     pub metrics_interval_steps: u64,
     /// Environment steps between evaluations.
     pub evaluation_interval_steps: u64,
-    /// Each evaluation also tries the mean of the controllers of this many latest evaluations, and takes the
-    /// better of the two; 1 tries none.
-    pub average_evaluations: usize,
     /// Environment steps between checkpoints.
     pub checkpoint_interval_steps: u64,
     /// Stop at the first evaluation that meets every criterion.
@@ -82,12 +77,10 @@ impl Default for TrainingParameters {
             learning_starts: 10_000,
             symmetry: Symmetry::Reward,
             entropy_command_divisor: 0.0,
-            entropy_share_at_zero: 1.0,
             warm_start: None,
             rehearsal: RehearsalParameters::default(),
             metrics_interval_steps: 20_000,
             evaluation_interval_steps: 250_000,
-            average_evaluations: 1,
             checkpoint_interval_steps: 1_000_000,
             stop_when_accepted: false,
             replay_capacity: 1_000_000,
@@ -162,7 +155,6 @@ impl Experiment {
             horizon: 1.0 / (1.0 - l.gamma),
             rehearsal: 0.0,
             entropy_command_divisor: t.entropy_command_divisor,
-            entropy_share_at_zero: t.entropy_share_at_zero,
         }
     }
 

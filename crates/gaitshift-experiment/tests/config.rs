@@ -168,11 +168,11 @@ fn mistakes_are_reported_with_file_and_key() {
         ("base = \"quick\"", vec!["quick", "fast"]),
         ("[learner]\ngamma = 1.5", vec!["mine.toml", "gamma"]),
         (
-            "[training]\nentropy_share_at_zero = 2.0",
+            "[training]\nentropy_command_divisor = -1.0",
             vec![
                 "mine.toml",
-                "training.entropy_share_at_zero",
-                "between 0 and 1",
+                "training.entropy_command_divisor",
+                "0 or greater",
             ],
         ),
         (

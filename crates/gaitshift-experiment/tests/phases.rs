@@ -176,9 +176,14 @@ fn a_key_that_went_elsewhere_is_answered_by_where() {
             "[training]",
         ),
         (
-            &format!("{phase}reward_end = {{ entropy_share_at_zero = 0.25 }}\n"),
+            &format!("{phase}learner = {{ entropy_share_at_zero = 0.25 }}\n"),
             "entropy_share_at_zero",
-            "learner_end",
+            "no longer exists",
+        ),
+        (
+            "[training]\naverage_evaluations = 3\n",
+            "average_evaluations",
+            "no longer exists",
         ),
         (
             "[task.reward]\nhorizon_command_divisor = 1.0\n",

@@ -134,26 +134,6 @@ impl Policy {
         Ok(Self::new(network))
     }
 
-    /// The policy whose every parameter is the mean of those of `policies`; none if there are none or their sizes
-    /// differ. The policies of one run lie close to each other, and their mean is often steadier than each.
-    pub fn mean(policies: &[&Self]) -> Option<Self> {
-        let first = policies.first()?;
-        if policies
-            .iter()
-            .any(|policy| policy.shape() != first.shape())
-        {
-            return None;
-        }
-        let mut mean = first.network.clone();
-        let share = 1.0 / policies.len() as f64;
-        for (index, value) in mean.parameters.iter_mut().enumerate() {
-            let parameters = policies.iter().map(|policy| &policy.network.parameters);
-            let sum: f64 = parameters.map(|all| f64::from(all[index])).sum();
-            *value = (share * sum) as f32;
-        }
-        Some(Self::new(mean))
-    }
-
     /// Parameters by name (`layers.0.weight`, …, `output.bias`), weights as outputs × inputs; the outputs are the
     /// means, then the logarithms of the deviations.
     pub fn tensors(&self) -> Vec<NamedTensor<f32>> {

@@ -39,26 +39,6 @@ fn tensors_carry_everything() {
     }
 }
 
-#[test]
-fn a_mean_has_the_mean_of_every_parameter() {
-    let [a, b] = [3, 4].map(|seed| {
-        let config = SacConfig {
-            actor_hidden: vec![7],
-            ..SacConfig::default()
-        };
-        Agent::new(config, 3, 2, None, seed).unwrap().policy()
-    });
-    let mean = Policy::mean(&[&a, &b]).unwrap();
-    for ((a, b), mean) in a.tensors().iter().zip(b.tensors()).zip(mean.tensors()) {
-        for ((a, b), mean) in a.values.iter().zip(&b.values).zip(&mean.values) {
-            assert!((0.5 * (a + b) - mean).abs() < 1e-7);
-        }
-    }
-    assert!(a.tensors()[0].values != b.tensors()[0].values);
-    assert!(Policy::mean(&[]).is_none());
-    assert!(Policy::mean(&[&a, &agent(false).policy()]).is_none());
-}
-
 /// More rows than fit one chunk, too.
 #[test]
 fn rows_do_not_influence_each_other() {

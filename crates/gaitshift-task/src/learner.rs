@@ -20,10 +20,6 @@ keyed_numbers! {
         /// `command_divisor` it keeps each command's optimum; smaller, it asks for more exploration at high commands. 0 is
         /// the conference paper, and the journal version as far as it says.
         entropy_command_divisor,
-        /// *Not in the paper.* Share of the entropy bonus that is left at `ω_v = 0` and below; it grows linearly to the
-        /// whole at `ω_v = 0.5`. 1 is the paper. Terms that tell a clean walk from a shuffle are small beside the bonus
-        /// that a run needs to stay upright.
-        entropy_share_at_zero,
     }
 }
 
@@ -33,15 +29,12 @@ impl LearnerSettings {
         match name {
             "learning_rate" => (value > 0.0, "greater than 0"),
             "horizon" => (value >= 1.0, "1 control period or greater"),
-            "entropy_share_at_zero" => ((0.0..=1.0).contains(&value), "between 0 and 1"),
             _ => (value >= 0.0, "0 or greater"),
         }
     }
 
     /// The factor of the entropy bonus at a command, given the reward's own factor `scale`.
     pub fn entropy_factor(&self, scale: f64, omega_v: f64) -> f64 {
-        let at_zero = self.entropy_share_at_zero;
-        let share = at_zero + (1.0 - at_zero) * (omega_v / 0.5).clamp(0.0, 1.0);
-        scale * share / command_scale(self.entropy_command_divisor, omega_v)
+        scale / command_scale(self.entropy_command_divisor, omega_v)
     }
 }

@@ -8,7 +8,6 @@ const OWN: LearnerSettings = LearnerSettings {
     horizon: 100.0,
     rehearsal: 0.0,
     entropy_command_divisor: 0.0,
-    entropy_share_at_zero: 1.0,
 };
 
 #[test]
@@ -20,13 +19,6 @@ fn the_entropy_bonus_follows_the_command() {
     };
     assert_eq!(divided.entropy_factor(0.5, 2.0), 0.1);
     assert_eq!(divided.entropy_factor(0.5, -0.5), 0.5);
-    let quiet = LearnerSettings {
-        entropy_share_at_zero: 0.25,
-        ..divided
-    };
-    assert_eq!(quiet.entropy_factor(0.5, -0.5), 0.5 * 0.25);
-    assert_eq!(quiet.entropy_factor(0.5, 0.25), 0.5 * 0.625 / 1.5);
-    assert_eq!(quiet.entropy_factor(0.5, 2.0), 0.1);
 }
 
 #[test]
@@ -41,5 +33,4 @@ fn values_out_of_range_are_named() {
     }
     assert!(LearnerSettings::check("r", "learning_rate", 0.0).is_err());
     assert!(LearnerSettings::check("h", "horizon", 0.5).is_err());
-    assert!(LearnerSettings::check("s", "entropy_share_at_zero", 1.5).is_err());
 }

@@ -41,17 +41,14 @@ impl Experiment {
                     .to_owned(),
             ));
         }
-        for (name, value) in [
-            ("entropy_command_divisor", t.entropy_command_divisor),
-            ("entropy_share_at_zero", t.entropy_share_at_zero),
-        ] {
-            LearnerSettings::check(&format!("training.{name}"), name, value).map_err(|source| {
-                ConfigError::Task {
-                    origin: origin(),
-                    source,
-                }
-            })?;
-        }
+        let divisor = "entropy_command_divisor";
+        let value = t.entropy_command_divisor;
+        LearnerSettings::check(&format!("training.{divisor}"), divisor, value).map_err(
+            |source| ConfigError::Task {
+                origin: origin(),
+                source,
+            },
+        )?;
         let learned = matches!(self.learner.temperature, Temperature::Auto { .. });
         let sets_alpha = |phase: &Phase| {
             let tables = [&phase.learner, &phase.learner_end];
@@ -90,12 +87,6 @@ impl Experiment {
                 t.evaluation_interval_steps as f64,
                 countable(t.evaluation_interval_steps),
                 "between 1 and 1e15",
-            ),
-            (
-                "average_evaluations",
-                t.average_evaluations as f64,
-                (1..=100).contains(&t.average_evaluations),
-                "between 1 and 100",
             ),
             (
                 "checkpoint_interval_steps",

@@ -11,7 +11,7 @@ pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
 }
 
 /// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
-const GONE: [(&str, &str, &str); 16] = [
+const GONE: [(&str, &str, &str); 17] = [
     (
         "schedule",
         "symmetry",
@@ -21,7 +21,8 @@ const GONE: [(&str, &str, &str); 16] = [
     ("after_steps", "states", REHEARSAL_OF_PHASES),
     ("weight", "states", REHEARSAL_OF_PHASES),
     ("entropy_command_divisor", "omega_e", ENTROPY_OF_TRAINING),
-    ("entropy_share_at_zero", "omega_e", ENTROPY_OF_TRAINING),
+    ("entropy_share_at_zero", "", NO_GAIN),
+    ("average_evaluations", "", NO_GAIN),
     ("horizon_command_divisor", "", NO_GAIN),
     ("horizon_share_floor", "", NO_GAIN),
     ("alive_command_factor", "", NO_GAIN),

@@ -87,8 +87,6 @@ pub struct Counters {
     pub best_met: usize,
     /// Of the best walk so far, which is kept where the walk is going to be rehearsed.
     pub walking_score: f64,
-    /// Steps of the latest evaluations, whose controllers' mean the next one tries.
-    pub latest_evaluations: Vec<u64>,
     /// Whether the time to remember the walk has come.
     pub rehearsal_begun: bool,
     pub criteria: usize,

@@ -37,7 +37,7 @@ impl Training {
         }
     }
 
-    /// Judges the controller, and the mean of the latest ones, and keeps what is best.
+    /// Judges the controller and keeps the best.
     pub(super) fn evaluate(
         &mut self,
         observer: &mut dyn Observer,
@@ -45,30 +45,9 @@ impl Training {
     ) -> Result<(), TrainingError> {
         let mut from = Instant::now();
         let mut controller = self.controller();
-        let mut judgement = self.judge(&mut controller.policy)?;
+        let judgement = self.judge(&mut controller.policy)?;
         controller.write(&self.folder.evaluated(self.counters.step)?)?;
         self.keep_best_walk(&mut controller)?;
-        let latest = &mut self.counters.latest_evaluations;
-        latest.push(self.counters.step);
-        let surplus = latest
-            .len()
-            .saturating_sub(self.experiment.training.average_evaluations);
-        latest.drain(..surplus);
-        if let Some((_, earlier)) = latest.split_last().filter(|(_, e)| !e.is_empty()) {
-            let mut policies = Vec::new();
-            for &step in earlier {
-                policies.push(Controller::read(&self.folder.evaluated(step)?)?.policy);
-            }
-            policies.push(controller.policy.clone());
-            if let Some(mut mean) = Policy::mean(&policies.iter().collect::<Vec<_>>()) {
-                let of_mean = self.judge(&mut mean)?;
-                if of_mean.score() > judgement.score() {
-                    judgement = of_mean;
-                    controller.policy = mean;
-                    controller.provenance.averaged_evaluations = policies.len();
-                }
-            }
-        }
         let best = judgement.score() > self.counters.best_score;
         let c = &mut self.counters;
         c.verdict = verdict(&judgement);
