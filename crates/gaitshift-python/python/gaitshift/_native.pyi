@@ -192,8 +192,11 @@ class Sac:
     def updates(self) -> int: ...
     @property
     def stored(self) -> int: ...
-    drawn: tuple[Sequence[float], Sequence[float]]
-    """Actions that `act` drew last, row after row, and ln π of each row."""
+    @property
+    def drawn(self) -> tuple[list[float], list[float]]:
+        """Actions that `act` drew last, row after row, and ln π of each row."""
+    @drawn.setter
+    def drawn(self, drawn: tuple[Sequence[float], Sequence[float]]) -> None: ...
     def set_learning_rate(self, learning_rate: float) -> None: ...
 
 class Batch:
