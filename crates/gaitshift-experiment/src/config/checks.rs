@@ -41,14 +41,15 @@ impl Experiment {
                     .to_owned(),
             ));
         }
-        let divisor = "entropy_command_divisor";
-        let value = t.entropy_command_divisor;
-        LearnerSettings::check(&format!("training.{divisor}"), divisor, value).map_err(
-            |source| ConfigError::Task {
-                origin: origin(),
-                source,
-            },
-        )?;
+        LearnerSettings::check(
+            "training.entropy_command_divisor",
+            "entropy_command_divisor",
+            t.entropy_command_divisor,
+        )
+        .map_err(|source| ConfigError::Task {
+            origin: origin(),
+            source,
+        })?;
         let learned = matches!(self.learner.temperature, Temperature::Auto { .. });
         let sets_alpha = |phase: &Phase| {
             let tables = [&phase.learner, &phase.learner_end];

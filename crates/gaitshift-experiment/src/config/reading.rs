@@ -71,13 +71,12 @@ impl Experiment {
         within: &mut Vec<PathBuf>,
     ) -> Result<Self, ConfigError> {
         let parse_error = |message: String| parse_error(origin, &message);
-        let own = Self::own(text, origin)?;
+        let (own, over) = Self::own(text, origin)?;
         let is_recipe = RECIPES.iter().any(|(_, recipe)| *recipe == text);
         let experiment = match (is_recipe, own.base.as_deref().unwrap_or("paper")) {
             (true, _) => own,
             (false, base) => {
                 let mut whole = Self::base(base, "base", origin, within)?.table(origin)?;
-                let over = toml::from_str(text).map_err(|e| parse_error(e.to_string()))?;
                 overlay(&mut whole, over).map_err(parse_error)?;
                 whole
                     .try_into()
@@ -91,16 +90,18 @@ impl Experiment {
         })
     }
 
-    /// The text alone, which reports unknown keys and wrong types with their line. Phases given as changes of those of the
+    /// The text alone, read and as a table. Reading it reports unknown keys and wrong types with their line. Phases given as changes of those of the
     /// base, and own terms likewise, cannot be read without it; what is wrong in them is reported afterwards, by key.
-    fn own(text: &str, origin: &str) -> Result<Self, ConfigError> {
+    fn own(text: &str, origin: &str) -> Result<(Self, toml::Table), ConfigError> {
         let error = |e: toml::de::Error| parse_error(origin, &e.to_string());
-        let mut table: toml::Table = toml::from_str(text).map_err(error)?;
-        if without_changes(&mut table) {
-            table.try_into().map_err(error)
+        let table: toml::Table = toml::from_str(text).map_err(error)?;
+        let mut alone = table.clone();
+        let own = if without_changes(&mut alone) {
+            alone.try_into()
         } else {
-            toml::from_str(text).map_err(error)
-        }
+            toml::from_str(text)
+        };
+        Ok((own.map_err(error)?, table))
     }
 
     /// What `key` of the file `origin` names: a recipe, or a file from that file's folder.
@@ -143,7 +144,7 @@ impl Experiment {
         if RECIPES.iter().any(|(_, recipe)| *recipe == text) {
             return Ok(None);
         }
-        let own = Self::own(text, origin)?;
+        let (own, _) = Self::own(text, origin)?;
         let name = own.base.unwrap_or_else(|| "paper".to_owned());
         let base = Self::base(&name, "base", origin, &mut Vec::new())?;
         Ok(Some((name, base)))

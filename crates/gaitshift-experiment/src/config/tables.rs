@@ -111,21 +111,18 @@ fn by_name(list: &mut [Value], over: toml::Table, key: &str) -> Result<(), Strin
 }
 
 /// Lists that can be given as a table of what differs from the base's, by name.
-const NAMED: [[&str; 3]; 3] = [
-    ["", "curriculum", "phases"],
-    ["task", "reward", "extra"],
-    ["task", "termination", "extra"],
+const NAMED: [(&[&str], &str); 3] = [
+    (&["curriculum"], "phases"),
+    (&["task", "reward"], "extra"),
+    (&["task", "termination"], "extra"),
 ];
 
 /// Takes away such tables; says whether there were any.
 pub(super) fn without_changes(table: &mut toml::Table) -> bool {
     let mut found = false;
-    for [first, second, list] in NAMED {
-        let outer = match first {
-            "" => Some(&mut *table),
-            first => table.get_mut(first).and_then(Value::as_table_mut),
-        };
-        let inner = outer.and_then(|t| t.get_mut(second)?.as_table_mut());
+    for (path, list) in NAMED {
+        let mut names = path.iter();
+        let inner = names.try_fold(&mut *table, |t, name| t.get_mut(*name)?.as_table_mut());
         if let Some(inner) = inner
             && inner.get(list).is_some_and(Value::is_table)
         {
