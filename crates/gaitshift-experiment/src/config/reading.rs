@@ -90,8 +90,9 @@ impl Experiment {
         })
     }
 
-    /// The text alone, read and as a table. Reading it reports unknown keys and wrong types with their line. Phases given as changes of those of the
-    /// base, and own terms likewise, cannot be read without it; what is wrong in them is reported afterwards, by key.
+    /// The text alone, read and as a table. Reading it reports unknown keys and wrong types with their line. Phases given
+    /// as changes of those of the base, and own terms likewise, cannot be read without it; what is wrong in them is
+    /// reported afterwards, by key.
     fn own(text: &str, origin: &str) -> Result<(Self, toml::Table), ConfigError> {
         let error = |e: toml::de::Error| parse_error(origin, &e.to_string());
         let table: toml::Table = toml::from_str(text).map_err(error)?;
