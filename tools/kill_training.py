@@ -3,7 +3,7 @@
 
     tools/kill_training.py [--kills 100] [--seed 1] [--program target/release/gaitshift]
 
-Every part of the run gets SIGKILL after a random time, about every third one within a checkpoint: as soon as the folder
+Every part of the run gets SIGKILL after a random time, most of them within a checkpoint: as soon as the folder
 `checkpoint.new` or `checkpoint.old` appears, or a random fraction of a millisecond later. The run is small and writes a
 checkpoint every 100 steps, so that most of its time passes in what a kill could damage. At the end controllers, logs, replay
 buffer and agent must be those of the uninterrupted run, bit for bit; only columns that tell the wall-clock may differ.

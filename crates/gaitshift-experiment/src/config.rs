@@ -92,7 +92,7 @@ impl Default for TrainingParameters {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WarmStart {
-    /// Its file, from the folder in which training begins; `shipped` is the one that comes with the program. Its hidden
+    /// Its file, from the folder in which training begins, or `shipped` or `robust`, which come with the program. Its hidden
     /// layers must be those of `learner.actor_hidden`.
     pub controller: String,
     /// Environment steps at the beginning in which only the critics learn, so that the actor is not led by critics that

@@ -43,7 +43,7 @@ pub struct ControllerError {
     pub remedy: &'static str,
 }
 
-const REMEDY: &str = "give a controller.safetensors that `gaitshift train` wrote, or leave --controller out for the shipped one";
+const REMEDY: &str = "give a controller.safetensors that `gaitshift train` wrote, `robust`, or no --controller for the shipped one";
 
 #[derive(Serialize, Deserialize)]
 struct Description {
@@ -104,11 +104,15 @@ impl Controller {
         durable::write(path, &bytes).map_err(|e| error(e.to_string()))
     }
 
-    /// Reads a file, or the best controller so far of a run's folder, see [`Controller::file_of`].
+    /// Reads a file, or the best controller so far of a run's folder, see [`Controller::file_of`]; or takes the one that comes
+    /// with the program under this name, see [`Controller::names`].
     ///
     /// # Errors
     /// A file that is missing, truncated, foreign, or of other sizes.
     pub fn read(path: &Path) -> Result<Self, ControllerError> {
+        if let Some(bytes) = Self::of_name(path) {
+            return Self::from_bytes(bytes, path);
+        }
         let path = &Self::file_of(path);
         let bytes = std::fs::read(path).map_err(|e| ControllerError {
             path: path.to_owned(),

@@ -27,7 +27,7 @@ const SHIFT: f64 = 0.025;
 /// So many shifts next to each other have to be good, for the one in the middle to be chosen.
 const AROUND: usize = 5;
 /// What a walk should have to spare of Froude number, either way, and of correlation.
-const FROUDE_ROOM: f64 = 0.01;
+const FROUDE_ROOM: f64 = 0.02;
 const CORRELATION_ROOM: f64 = 0.05;
 /// Where the command stands in an observation.
 const COMMAND: usize = OBSERVATION_SIZE - 1;

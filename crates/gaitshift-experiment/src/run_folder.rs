@@ -203,13 +203,6 @@ impl RunFolder {
         remove_folder(&old)
     }
 
-    /// Whether a whole checkpoint is there, wherever a kill may have left it.
-    pub fn has_checkpoint(&self) -> bool {
-        [LAST, NEW, OLD]
-            .iter()
-            .any(|name| self.file(name).join(STATE).exists())
-    }
-
     /// Finishes what a kill between the renames of [`RunFolder::commit_checkpoint`] left undone.
     pub fn recover_checkpoint(&self) -> Result<(), TrainingError> {
         let whole = |name: &str| self.file(name).join(STATE).exists();

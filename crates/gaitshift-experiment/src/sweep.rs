@@ -359,14 +359,10 @@ impl Trial {
         settings: &[(String, Setting)],
         observer: &mut impl Observer,
     ) -> Result<RunReport, TrainingError> {
-        let mut training = if RunFolder::at(folder).has_checkpoint() {
+        // The configuration is the last file of a new run.
+        let mut training = if RunFolder::at(folder).require_config().is_ok() {
             Training::resume(folder)?
         } else {
-            // Killed before its first checkpoint: nothing to go on from.
-            if folder.join("config.toml").exists() {
-                std::fs::remove_dir_all(folder)
-                    .map_err(|e| TrainingError::other(folder, e.to_string()))?;
-            }
             let training = Training::new(self.experiment.clone(), folder, command)?;
             let file = folder.join(SETTINGS);
             durable::write(&file, &settings_file(settings))

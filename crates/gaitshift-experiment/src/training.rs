@@ -137,10 +137,7 @@ impl Training {
         let Some(start) = &self.experiment.training.warm_start else {
             return Ok(());
         };
-        let controller = match start.controller.as_str() {
-            "shipped" => Controller::shipped()?,
-            file => Controller::read(Path::new(file))?,
-        };
+        let controller = Controller::read(Path::new(&start.controller))?;
         let (shape, learner) = (controller.policy.shape(), &self.experiment.learner);
         if (&shape.hidden, shape.layer_norm) != (&learner.actor_hidden, learner.actor_layer_norm) {
             return Err(TrainingError::other(

@@ -8,6 +8,7 @@ use gaitshift_experiment::{
     AskedChange, AskedGait, Check, Control, Controller, Criteria, Deterministic, Judgement, judge,
 };
 use gaitshift_task::{ACTION_SIZE, OBSERVATION_SIZE, TaskParameters};
+use std::path::Path;
 
 fn judged(action: [f32; 2], criteria: &Criteria) -> Judgement {
     let body = Body::new(BodyParameters::default()).unwrap();
@@ -162,6 +163,18 @@ fn a_runner_changes_no_gait_and_has_no_cost_of_walking() {
     not_met_because(&j, "correlation walking", runs);
     for part in ["runs at", "cost of transport running"] {
         assert!(named(&j, part).iter().all(|c| c.met));
+    }
+}
+
+/// What README.md and docs/results.md say of the controllers that come with the program.
+#[test]
+fn the_controllers_that_come_with_the_program_meet_what_is_said_of_them() {
+    for (name, met) in [("shipped", 39), ("robust", 37)] {
+        let mut controller = Controller::read(Path::new(name)).unwrap();
+        let body = Body::new(controller.body.clone()).unwrap();
+        let mut control = Deterministic(&mut controller.policy);
+        let j = judge(&body, &controller.task, &Criteria::default(), &mut control).unwrap();
+        assert_eq!((j.met(), j.checks.len()), (met, 39), "{name}");
     }
 }
 

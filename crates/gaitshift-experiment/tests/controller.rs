@@ -23,6 +23,19 @@ fn the_shipped_controller_says_that_it_is_a_mean_of_three() {
 }
 
 #[test]
+fn what_comes_with_the_program_is_read_by_name() {
+    let names: Vec<&str> = Controller::names().collect();
+    assert_eq!(names, ["shipped", "robust"]);
+    let of = |name: &str| Controller::read(Path::new(name)).unwrap();
+    assert_eq!(
+        of("shipped").provenance,
+        Controller::shipped().unwrap().provenance
+    );
+    assert_eq!(of("robust").provenance.experiment, "robust");
+    assert!(Controller::read(Path::new("./robust")).is_err());
+}
+
+#[test]
 fn controllers_of_earlier_versions_are_read_unless_their_reward_is_another() {
     // The shipped one has keys that are no more, none of which changes its reward.
     let bytes = include_bytes!("../controllers/biped.safetensors").to_vec();

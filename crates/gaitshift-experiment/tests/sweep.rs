@@ -307,6 +307,17 @@ fn a_mistake_in_what_varies_is_named() {
     }
 }
 
+/// A quoted key of some thousand parts exhausted the stack.
+#[test]
+fn a_key_of_very_many_parts_is_refused() {
+    let key = vec!["body"; 100_000].join(".");
+    let error = varied("", &format!("[vary]\n\"{key}\" = [0.3, 1.0]\n")).unwrap_err();
+    assert!(
+        error.contains("100000 parts") && error.len() < 200,
+        "{error}"
+    );
+}
+
 /// A base that was a path was looked for in the wrong folder when a variant's name had a `/`.
 #[test]
 fn a_base_is_found_from_the_sweeps_folder() {
@@ -394,6 +405,45 @@ fn a_folder_with_a_run_of_other_settings_is_not_taken_for_a_trial() {
     assert!(
         error.contains("as-it-is") && error.contains("other settings"),
         "{error}"
+    );
+}
+
+/// A run whose checkpoint somebody had removed to save space was deleted with all that it had written.
+#[test]
+fn a_run_without_its_checkpoint_is_left_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = Sweep::parse(FILE, "tiny.toml").unwrap();
+    run(&sweep, folder.path(), 1, 150);
+    let trial = folder.path().join(&sweep.trials[0].folder);
+    std::fs::remove_dir_all(trial.join("checkpoint")).unwrap();
+    let episodes = std::fs::read(trial.join("episodes.csv")).unwrap();
+    let error = sweep
+        .run(folder.path(), 1, "", |_| StopAfter(Cell::new(u64::MAX)))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("checkpoint"), "{error}");
+    assert_eq!(std::fs::read(trial.join("episodes.csv")).unwrap(), episodes);
+}
+
+/// A kill between a new run's first checkpoint and its configuration left a folder that the sweep refused.
+#[test]
+fn a_trial_killed_before_its_configuration_was_written_begins_anew() {
+    let (whole, folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let sweep = Sweep::parse(FILE, "tiny.toml").unwrap();
+    run(&sweep, whole.path(), 1, u64::MAX);
+    run(&sweep, folder.path(), 1, 150);
+    let trial = folder.path().join(&sweep.trials[0].folder);
+    for file in std::fs::read_dir(&trial).unwrap() {
+        let file = file.unwrap().path();
+        if file.is_file() {
+            std::fs::remove_file(file).unwrap();
+        }
+    }
+    assert!(trial.join("checkpoint").is_dir());
+    run(&sweep, folder.path(), 1, u64::MAX);
+    assert_eq!(
+        controllers(&sweep, folder.path()),
+        controllers(&sweep, whole.path())
     );
 }
 

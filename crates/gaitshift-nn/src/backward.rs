@@ -300,10 +300,11 @@ vectorised! {
     /// The one row of output weights, where the selected row of `value` is positive.
     fn seed_selected<T>(simd, selected: &[usize], weight: &[T], stride: usize, value: &[T], delta: &mut [T]) {
         for (delta, &row) in delta.chunks_mut(stride).zip(selected) {
-            let value = &value[row * stride..];
-            for column in (0..weight.len()).step_by(LANES) {
-                let masked = simd.load(&weight[column..]).where_positive(simd.load(&value[column..]));
-                masked.store(&mut delta[column..]);
+            let values = value[row * stride..].chunks_exact(LANES);
+            let deltas = delta.chunks_exact_mut(LANES);
+            for ((delta, value), weight) in deltas.zip(values).zip(weight.chunks_exact(LANES)) {
+                let masked = simd.load(weight).where_positive(simd.load(value));
+                masked.store(delta);
             }
         }
     }
@@ -313,10 +314,10 @@ vectorised! {
     /// Zero where the selected row of `value` is not positive.
     fn mask_selected<T>(simd, selected: &[usize], padded: usize, stride: usize, value: &[T], delta: &mut [T]) {
         for (delta, &row) in delta.chunks_mut(stride).zip(selected) {
-            let value = &value[row * stride..];
-            for column in (0..padded).step_by(LANES) {
-                let masked = simd.load(&delta[column..]).where_positive(simd.load(&value[column..]));
-                masked.store(&mut delta[column..]);
+            let values = value[row * stride..].chunks_exact(LANES);
+            for (delta, value) in delta[..padded].chunks_exact_mut(LANES).zip(values) {
+                let masked = simd.load(delta).where_positive(simd.load(value));
+                masked.store(delta);
             }
         }
     }

@@ -84,18 +84,23 @@ fn output_columns_back<T: Scalar, const OUTPUTS: usize, const GROUPS: usize>(
     });
     let mut gradients = [[simd.splat(T::ZERO); GROUPS]; OUTPUTS];
     let mut sums = [simd.splat(T::ZERO); GROUPS];
-    for (row, d_out) in d_out.chunks_exact(OUTPUTS).take(rows).enumerate() {
+    // Slices of one length for each row, checked once.
+    let values = value.chunks_exact(stride);
+    let deltas = delta.chunks_exact_mut(stride);
+    let d_outs = d_out.chunks_exact(OUTPUTS).take(rows);
+    for ((d_out, value), delta) in d_outs.zip(values).zip(deltas) {
         let d_out: [_; OUTPUTS] = std::array::from_fn(|output| simd.splat(d_out[output]));
+        let value = &value[column..][..GROUPS * LANES];
+        let delta = &mut delta[column..][..GROUPS * LANES];
         for (group, sum) in sums.iter_mut().enumerate() {
-            let place = row * stride + column + group * LANES;
-            let value = simd.load(&value[place..]);
+            let value = simd.load(&value[group * LANES..]);
             let mut derivative = simd.splat(T::ZERO);
             for output in 0..OUTPUTS {
                 derivative = d_out[output].mul_add(weights[output][group], derivative);
                 gradients[output][group] = d_out[output].mul_add(value, gradients[output][group]);
             }
             let derivative = derivative.where_positive(value);
-            derivative.store(&mut delta[place..]);
+            derivative.store(&mut delta[group * LANES..]);
             *sum = sum.add(derivative);
         }
     }
@@ -179,7 +184,7 @@ vectorised! {
                 *bias += d_out[row * outputs + output];
             }
         }
-        // A critic has one output, the actor of the biped four.
+        // The numbers of outputs that a critic and an actor of two actions have.
         match outputs {
             1 => outputs_back::<T, 1, 2>(simd, rows, padded, stride, d_out, weight, value, delta, weight_gradient, delta_sums,
             ),

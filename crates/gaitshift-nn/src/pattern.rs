@@ -51,15 +51,18 @@ impl Pattern {
 
     /// Marks what is not zero in `rows` rows of `x`, `stride` apart and padded to a whole number of vectors.
     pub fn read<T: Scalar>(&mut self, rows: usize, columns: usize, x: &[T], stride: usize) {
-        (self.rows, self.columns) = (rows, columns);
-        let width = self.width();
+        // Nothing, should one of the slices below be too short: a kernel may then rely on the marks that are there.
+        (self.rows, self.columns) = (0, 0);
+        let width = columns.div_ceil(WORD);
         mark(columns, x, stride, &mut self.words[..rows * width]);
+        (self.rows, self.columns) = (rows, columns);
     }
 
     /// Becomes the transpose of `other`.
     pub fn transpose(&mut self, other: &Self) {
-        (self.rows, self.columns) = (other.columns, other.rows);
-        let (width, other_width) = (self.width(), other.width());
+        let (rows, columns) = (other.columns, other.rows);
+        (self.rows, self.columns) = (0, 0);
+        let (width, other_width) = (columns.div_ceil(WORD), other.width());
         for (word, others) in (0..other.rows).step_by(WORD).enumerate() {
             let others = others..other.rows.min(others + WORD);
             for other_word in 0..other_width {
@@ -68,12 +71,13 @@ impl Pattern {
                     *bits = other.words[row * other_width + other_word];
                 }
                 transpose(&mut square);
-                let rows = other_word * WORD..self.rows.min((other_word + 1) * WORD);
-                for (row, bits) in rows.zip(square) {
+                let part = other_word * WORD..rows.min((other_word + 1) * WORD);
+                for (row, bits) in part.zip(square) {
                     self.words[row * width + word] = bits;
                 }
             }
         }
+        (self.rows, self.columns) = (rows, columns);
     }
 }
 

@@ -6,9 +6,17 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+/// Kernels and buffers rely on what `f32` and `f64` are, so nobody else can be a [`Real`].
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
 /// A real number, `f32` or `f64`, and its elementary functions.
 pub trait Real:
-    Copy
+    sealed::Sealed
+    + Copy
     + Default
     + Debug
     + PartialOrd

@@ -3,14 +3,15 @@
 //! - Any numbers of rows, shared index and columns, any share of zeros from none to all, every epilogue, A read by rows or
 //!   by columns.
 //! - NaN is no zero.
-//! - A pattern of another matrix is refused.
+//! - A pattern of another matrix is refused, and so is one whose last reading failed.
 
 mod products;
 
 use gaitshift_nn::dense::multiply;
-use gaitshift_nn::sparse;
+use gaitshift_nn::{Pattern, sparse};
 use products::{Kind, Problem, any_kind};
 use proptest::prelude::*;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 proptest! {
     #[test]
@@ -50,4 +51,21 @@ fn a_pattern_of_another_size_is_refused() {
     let problem = Problem::new(7, 30, 8, 0, false);
     let other = Problem::new(7, 31, 8, 0, false).pattern();
     problem.run(Kind::None, |product| sparse::multiply(product, &other));
+}
+
+/// The marks of an earlier matrix once stood under the size of the matrix that could not be read, so that a product read
+/// outside its slices.
+#[test]
+fn a_pattern_whose_reading_failed_is_that_of_no_matrix() {
+    let mut pattern = Pattern::new(1, 64);
+    let mut last = [0.0_f32; 64];
+    last[63] = 1.0;
+    pattern.read(1, 64, &last, 64);
+    let failed = catch_unwind(AssertUnwindSafe(|| pattern.read::<f32>(1, 10, &[], 16)));
+    assert!(failed.is_err());
+    let small = Problem::new(1, 10, 8, 0, false);
+    let refused = catch_unwind(AssertUnwindSafe(|| {
+        small.run(Kind::None, |product| sparse::multiply(product, &pattern))
+    }));
+    assert!(refused.is_err());
 }

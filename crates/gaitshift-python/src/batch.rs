@@ -90,7 +90,7 @@ impl Batch {
             Some(table) => from_python(table, name).map(Some),
             None => Ok(None),
         };
-        let vector = hindered(
+        let vector = disturbed(
             VectorEnvironment::new(body, task, omega_v, count),
             own(randomization, "randomization")?,
             own(disturbance, "disturbance")?,
@@ -136,7 +136,7 @@ impl Batch {
             .map_err(|e| damaged(&e))?;
         let count = all.state.len();
         let vector = VectorEnvironment::new(body, all.task, all.omega_v, count);
-        let mut vector = hindered(vector, all.randomization, all.disturbance)?;
+        let mut vector = disturbed(vector, all.randomization, all.disturbance)?;
         if !vector.restore(all.state) {
             return Err(damaged(&"it is of other environments"));
         }
@@ -410,7 +410,7 @@ impl Batch {
 }
 
 /// Environments with what differs between their episodes, or disturbs them.
-fn hindered(
+fn disturbed(
     mut vector: VectorEnvironment,
     randomization: Option<Value>,
     disturbance: Option<Value>,

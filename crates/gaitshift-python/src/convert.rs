@@ -95,6 +95,9 @@ pub fn body_and_task(
 
 /// Reads a controller file.
 pub fn read_controller(path: &Path) -> PyResult<Controller> {
+    if Controller::names().any(|name| path.as_os_str() == name) {
+        return Controller::read(path).map_err(value_error);
+    }
     let path = &Controller::file_of(path);
     // The operating system's error first, so that a missing file is a FileNotFoundError.
     let bytes = std::fs::read(path).map_err(|e| os_error(&e, path))?;

@@ -89,7 +89,7 @@ def test_the_controller_records_it(tmp_path) -> None:
     [
         ({"reward": {"extra": [{**TERM, "expression": "right_comand"}]}}, "did you mean `right_command`"),
         ({"reward": {"extra": [{**TERM, "expression": "1 / omega_v"}]}}, "default start"),
-        ({"reward": {"extra": [{**TERM, "name": "energy"}]}}, "taken"),
+        ({"reward": {"extra": [{**TERM, "name": "energy"}]}}, "reserved"),
         ({"reward": {"extra": [{**TERM, "wieght": 1}]}}, "did you mean `weight`"),
         ({"termination": {"extra": [{"name": "a", "expression": "z_m <"}]}}, "at its end"),
     ],

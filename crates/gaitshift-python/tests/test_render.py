@@ -79,7 +79,7 @@ def test_human_mode_opens_a_page_and_keeps_real_time(monkeypatch):
     with urllib.request.urlopen(env.url) as page:
         assert b'data-mode="watch"' in page.read()
     with connect(env.url.replace("http", "ws") + "socket") as socket:
-        assert json.loads(socket.recv(timeout=20))["type"] == "cast"
+        assert json.loads(socket.recv(timeout=20))["type"] == "bipeds"
         begin = time.monotonic()
         for _ in range(20):
             env.step(np.zeros(2))

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 pub enum ReportError {
     /// There is nothing to report on.
     #[error(
-        "there is no controller to report on; give at least one run's folder, controller file, or `shipped`"
+        "there is no controller to report on; give at least one run's folder or controller file, `shipped` or `robust`"
     )]
     NoSubject,
     /// A controller cannot be used.

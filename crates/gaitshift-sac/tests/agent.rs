@@ -4,7 +4,7 @@
 //! - when the seed is the same, and another when it is not,
 //! - whether or not it was saved, dropped, loaded and resumed on the way, replay buffer included.
 //!
-//! Its acting noise has the correlation asked for and stays standard normal. Divergence is reported, an update allocates nothing, settings out of range are refused by name.
+//! Its acting noise is standard normal. Divergence is reported, an update allocates nothing, settings out of range are refused by name.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

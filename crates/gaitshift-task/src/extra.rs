@@ -119,13 +119,13 @@ fn check_names<'a>(
                 .all(|c| lower(c) || c.is_ascii_digit() || c == '_');
         if !fits {
             return Err(format!(
-                "the {what} of one's own is named `{name}`, but a name has up to 40 small letters, digits and `_`, and a \
-                 letter first"
+                "your {what} is named `{name}`, but a name begins with a lower-case letter and has up to 40 lower-case \
+                 letters, digits and `_`"
             ));
         }
         if taken.contains(&name) {
             return Err(format!(
-                "the {what} `{name}` has a name that is taken; the names {} are",
+                "the {what} `{name}` has a reserved name; reserved are {}",
                 taken.join(", ")
             ));
         }
@@ -136,7 +136,7 @@ fn check_names<'a>(
     }
     if known.len() > MOST_EXTRA {
         return Err(format!(
-            "there are {} {what}s of one's own, but {MOST_EXTRA} at most; sum some up in one expression",
+            "you give {} {what}s, but {MOST_EXTRA} is the most; combine some in one expression",
             known.len()
         ));
     }

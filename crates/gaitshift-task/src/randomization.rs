@@ -28,6 +28,9 @@ pub struct Randomization {
     pub latency_s: [f64; 2],
     /// Factors of the body's parameters.
     pub body: BodyFactors,
+    /// Range of the height of the hip segment's centre of mass over the hip axis, in m; may be negative, so no factor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hip_com_height_m: Option<[f64; 2]>,
     /// Noise of the observations.
     pub noise: SensorNoise,
     /// Range of the share of its force that an actuator still has, drawn for each leg by itself.
@@ -276,6 +279,7 @@ impl Default for Randomization {
             share: 1.0,
             latency_s: [0.0, 0.0],
             body: BodyFactors::default(),
+            hip_com_height_m: None,
             noise: SensorNoise::default(),
             actuator_factor: None,
             pushes: None,
@@ -448,6 +452,9 @@ impl Randomization {
         let latency_steps = (latency_s / body.time_step_s).round() as u32;
         let mut conditions = Conditions::new(body, latency_steps, self.noise, rng);
         // Drawn last, and only where asked for: everything else is drawn as without.
+        if let Some(range) = self.hip_com_height_m {
+            conditions.body.hip_com_height_m = uniform(range, rng);
+        }
         if let Some(range) = self.actuator_factor {
             conditions.actuator_factor = std::array::from_fn(|_| uniform(range, rng));
         }
@@ -491,6 +498,10 @@ impl Randomization {
                     accepted: e.accepted,
                 });
             }
+        }
+        if let Some(range) = self.hip_com_height_m {
+            let accepted = "[low, high] between -2 and 2";
+            require_within(&key("hip_com_height_m"), range, [-2.0, 2.0], accepted)?;
         }
         self.noise.validate(&key("noise"))?;
         if let Some(range) = self.actuator_factor {

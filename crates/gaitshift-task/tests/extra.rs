@@ -147,19 +147,19 @@ fn names_and_weights_are_checked() {
         assert!(error.contains(part), "{error}");
     };
     let named = |name: &str| term("1").replace("own", name);
-    refused(&named("energy"), "taken");
-    refused(&named("Upright"), "small letters");
-    refused(&named("a b"), "small letters");
-    refused(&named(""), "small letters");
+    refused(&named("energy"), "reserved");
+    refused(&named("Upright"), "lower-case");
+    refused(&named("a b"), "lower-case");
+    refused(&named(""), "lower-case");
     refused(
         &(term("1") + &term("2")),
         "two of the reward terms are named `own`",
     );
     refused(&term("1").replace("2.0", "inf"), "finite");
     refused(&term("1").replace("weight", "wait"), "unknown field `wait`");
-    refused(&rule("pitch", "1"), "taken");
+    refused(&rule("pitch", "1"), "reserved");
     let many: String = (0..9).map(|k| named(&format!("own{k}"))).collect();
-    refused(&many, "8 at most");
+    refused(&many, "8 is the most");
 }
 
 #[test]

@@ -350,6 +350,29 @@ fn actuators_are_weakened_each_by_itself() {
 }
 
 #[test]
+fn the_height_of_the_hips_centre_of_mass_is_drawn_from_its_range() {
+    let settings = settings("hip_com_height_m = [-0.05, 0.1]");
+    let batch = batch(400, &settings);
+    let base = BodyParameters::default();
+    let drawn = |i: usize| batch.body_of(i).parameters();
+    let heights: Vec<f64> = (0..batch.len())
+        .map(|i| drawn(i).hip_com_height_m)
+        .collect();
+    let (low, high) = heights.iter().fold((1.0_f64, -1.0_f64), |(low, high), &h| {
+        (low.min(h), high.max(h))
+    });
+    assert!((-0.05..-0.045).contains(&low), "{low}");
+    assert!((0.095..=0.1).contains(&high), "{high}");
+    for (i, &height) in heights.iter().enumerate() {
+        let rest = BodyParameters {
+            hip_com_height_m: base.hip_com_height_m,
+            ..drawn(i).clone()
+        };
+        assert_eq!(rest, base, "{height}");
+    }
+}
+
+#[test]
 fn what_is_not_asked_for_is_drawn_as_before() {
     let mut plain = batch(3, &settings("noise = { theta_rad = 0.01 }"));
     let off = settings("noise = { theta_rad = 0.01 }\nterrain = {}\nactuator_factor = [1, 1]");
@@ -397,6 +420,8 @@ fn a_hindered_batch_goes_on_from_a_checkpoint_to_the_same_bits() {
 fn ranges_of_ground_pushes_and_weakness_are_checked() {
     for (table, key) in [
         ("actuator_factor = [0.5, 1.2]", "actuator_factor"),
+        ("hip_com_height_m = [0.1, -0.1]", "hip_com_height_m"),
+        ("hip_com_height_m = [0, 3]", "hip_com_height_m"),
         ("pushes = { interval_s = 0 }", "pushes.interval_s"),
         ("pushes = { forward_n = [5, -5] }", "pushes.forward_n"),
         ("pushes = { duration_s = [-1, 0] }", "pushes.duration_s"),

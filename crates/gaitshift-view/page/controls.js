@@ -85,7 +85,7 @@ stageCanvas.addEventListener("pointerup", () => {
   drag = null;
 });
 function dragForce() {
-  const actor = actors[0], perNewton = actor.body.leg_length_m * drag.view.scale / 3 / Math.max(actor.weight, 1e-9);
+  const biped = bipeds[0], perNewton = biped.body.leg_length_m * drag.view.scale / 3 / Math.max(biped.weight, 1e-9);
   const by = [drag.to[0] - drag.from[0], drag.to[1] - drag.from[1]];
   const force = [by[0] / perNewton, -by[1] / perNewton], size = Math.hypot(...force);
   return size > 2000 ? force.map((f) => f * 2000 / size) : force;
@@ -162,7 +162,7 @@ $("bodyReset").addEventListener("click", () => { for (const key in bodyInputs) b
 const chosen = () => +(document.querySelector("input[name=which]:checked") || { value: 0 }).value;
 for (const button of document.querySelectorAll(".save")) {
   button.addEventListener("click", () => control.send({
-    type: "save", what: button.dataset.what, actor: Math.min(chosen(), actors.length - 1),
+    type: "save", what: button.dataset.what, biped: Math.min(chosen(), bipeds.length - 1),
     seconds: Math.min(Math.max(+$("saveTime").value || 10, 1), 60),
   }));
 }

@@ -10,36 +10,36 @@ function connect() {
 }
 
 function hear(message) {
-  if (message.type === "cast") {
+  if (message.type === "bipeds") {
     live.period = message.control_period_s;
-    const tracks = actors.map((a) => a.track);
-    actors = message.actors.map((a, k) => ({ name: a.name, body: a.body, weight: a.weight_n, trained: a.trained, track: tracks[k] && `${tracks[k].own}` === `${a.own_columns}` ? tracks[k] : new Track(a.own_columns) }));
+    const tracks = bipeds.map((a) => a.track);
+    bipeds = message.bipeds.map((a, k) => ({ name: a.name, body: a.body, weight: a.weight_n, trained: a.trained, track: tracks[k] && `${tracks[k].own}` === `${a.own_columns}` ? tracks[k] : new Track(a.own_columns) }));
     begin(message.epoch);
-    $("who").textContent = message.actors.map((a) => a.name).join(" · ");
-    $("which").hidden = actors.length < 2;
-    $("compare").checked = actors.length > 1;
+    $("who").textContent = message.bipeds.map((a) => a.name).join(" · ");
+    $("which").hidden = bipeds.length < 2;
+    $("compare").checked = bipeds.length > 1;
     for (const film of document.querySelectorAll(".film")) film.hidden = !message.films;
-    if (!live.built || live.given !== JSON.stringify(message.actors[0].given)) {
-      live.given = JSON.stringify(message.actors[0].given);
-      buildBody(message.actors[0].given);
+    if (!live.built || live.given !== JSON.stringify(message.bipeds[0].given)) {
+      live.given = JSON.stringify(message.bipeds[0].given);
+      buildBody(message.bipeds[0].given);
       live.built = true;
     }
-    showBody(message.actors[0].body);
-    markRange(message.actors[0].trained);
+    showBody(message.bipeds[0].body);
+    markRange(message.bipeds[0].trained);
   } else if (message.type === "now") {
     if (message.epoch !== live.epoch) begin(message.epoch);
     live.pace = message.paused ? 0 : message.pace;
     if (!overdue("paused", message.paused) && message.paused !== control.paused) setPaused(message.paused);
     if (!overdue("omega_v", message.omega_v) && !control.dragging) setOmega(message.omega_v, false);
-    message.actors.forEach((now, k) => {
-      const actor = actors[k];
-      if (!actor) return;
-      actor.track.phases = now.phases;
-      const figures = actor.track.figures, entry = { time: now.time_s, gait: now.gait, speed: now.speed_m_per_s, froude: now.froude, cost: now.cost_of_transport };
+    message.bipeds.forEach((now, k) => {
+      const biped = bipeds[k];
+      if (!biped) return;
+      biped.track.phases = now.phases;
+      const figures = biped.track.figures, entry = { time: now.time_s, gait: now.gait, speed: now.speed_m_per_s, froude: now.froude, cost: now.cost_of_transport };
       if (figures.length && figures[figures.length - 1].time >= entry.time) figures.pop();
       figures.push(entry);
     });
-    const fell = message.actors.some((now) => now.gait === "fallen");
+    const fell = message.bipeds.some((now) => now.gait === "fallen");
     if (fell) $("state").textContent = word("again");
     else if ($("state").textContent === word("again")) $("state").textContent = "";
     window.gaitshift.now = message;
@@ -53,7 +53,7 @@ function hear(message) {
 function begin(epoch) {
   live.epoch = epoch;
   live.shown = 0;
-  for (const actor of actors) actor.track.clear();
+  for (const biped of bipeds) biped.track.clear();
 }
 
 function take(buffer) {
@@ -64,18 +64,18 @@ function take(buffer) {
     $("state").textContent = `${word("saved")}: ${name}`;
     return;
   }
-  const actor = actors[view.getUint8(1)], epoch = view.getUint32(4, true), count = view.getUint32(8, true);
-  if (!actor) return;
+  const biped = bipeds[view.getUint8(1)], epoch = view.getUint32(4, true), count = view.getUint32(8, true);
+  if (!biped) return;
   if (epoch !== live.epoch) begin(epoch);
   let at = 12;
   for (let k = 0; k < count; k++) {
     const time = view.getFloat64(at, true);
     at += 8;
-    if (actor.track.time.length && time <= actor.track.last) { at += 4 * actor.track.names.length; continue; }
-    actor.track.time.push(time);
-    for (const name of actor.track.names) { actor.track.column[name].push(view.getFloat32(at, true)); at += 4; }
+    if (biped.track.time.length && time <= biped.track.last) { at += 4 * biped.track.names.length; continue; }
+    biped.track.time.push(time);
+    for (const name of biped.track.names) { biped.track.column[name].push(view.getFloat32(at, true)); at += 4; }
   }
-  actor.track.trim(SHOWN_S + 4);
+  biped.track.trim(SHOWN_S + 4);
 }
 
 // Time on the page runs evenly, a little behind the newest sample, and is led back to it gently.
@@ -83,7 +83,7 @@ function frame(at) {
   notePace(at);
   const seconds = Math.min((at - live.lastFrame) / 1000, 0.25);
   live.lastFrame = at;
-  const newest = actors.length ? actors[0].track.last : 0;
+  const newest = bipeds.length ? bipeds[0].track.last : 0;
   if (live.pace === 0) live.shown = newest;
   else {
     live.shown += seconds * live.pace;
@@ -94,9 +94,9 @@ function frame(at) {
   drawDrag(drawStage(live.shown));
   showFigures(live.shown);
   // The strips move slowly enough for half the frames.
-  if (at - live.stripsAt > 30 && actors.length) {
+  if (at - live.stripsAt > 30 && bipeds.length) {
     live.stripsAt = at;
-    const track = actors[Math.min(chosen(), actors.length - 1)].track;
+    const track = bipeds[Math.min(chosen(), bipeds.length - 1)].track;
     drawStrips($("strips"), track, live.shown, live.shown - SHOWN_S);
   }
   requestAnimationFrame(frame);

@@ -18,7 +18,7 @@ function decode(series) {
   data.columns.forEach((series, k) => { track.column[track.names[k]] = decode(series); });
   track.phases = data.phases;
   track.figures = data.figures.map(([time, gait, speed, froude, cost]) => ({ time, gait, speed, froude, cost }));
-  actors = [{ name: data.controller, body: data.body, weight: data.weight_n, track }];
+  bipeds = [{ name: data.controller, body: data.body, weight: data.weight_n, track }];
   $("who").textContent = data.controller;
   replay.first = track.time[0];
   replay.last = track.last;
@@ -78,7 +78,7 @@ function frame(at) {
     showFigures(replay.time);
     $("scrubOut").textContent = replay.time.toFixed(2) + " s";
     const from = stripFrom();
-    drawStrips($("strips"), actors[0].track, Math.min(from + SHOWN_S, replay.last), from, replay.time);
+    drawStrips($("strips"), bipeds[0].track, Math.min(from + SHOWN_S, replay.last), from, replay.time);
   }
   requestAnimationFrame(frame);
 }

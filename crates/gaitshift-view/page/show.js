@@ -1,30 +1,30 @@
 // The stage with one or two bipeds, and the figures above it.
 const $ = (id) => document.getElementById(id);
 const stageCanvas = $("stage");
-let actors = []; // {body, weight, track, name}
+let bipeds = []; // {body, weight, track, name}
 let views = [];  // how each was drawn last, for pushes by hand
 
 function drawStage(time) {
   const context = fit(stageCanvas), width = stageCanvas.clientWidth, height = stageCanvas.clientHeight;
-  const lane = height / Math.max(actors.length, 1);
+  const lane = height / Math.max(bipeds.length, 1);
   views = [];
-  actors.forEach((actor, k) => {
-    const pose = actor.track.pose(time);
+  bipeds.forEach((biped, k) => {
+    const pose = biped.track.pose(time);
     if (!pose) return;
     const top = k * lane, ground = top + lane - 28;
-    const scale = Math.min((lane - 40) / (1.32 * actor.body.leg_length_m), width / (2.2 * actor.body.leg_length_m));
+    const scale = Math.min((lane - 40) / (1.32 * biped.body.leg_length_m), width / (2.2 * biped.body.leg_length_m));
     const view = new View(pose.x, width * 0.46, ground, scale);
     context.save();
     context.beginPath();
     context.rect(0, top, width, lane);
     context.clip();
     drawGround(context, view, top + 8, width, top + lane);
-    drawBiped(context, view, actor.body, actor.weight, pose);
-    if (actors.length > 1) {
+    drawBiped(context, view, biped.body, biped.weight, pose);
+    if (bipeds.length > 1) {
       context.fillStyle = ink.quiet;
       context.font = "12px system-ui, sans-serif";
       context.textAlign = "left";
-      context.fillText(actor.name, 8, top + 16);
+      context.fillText(biped.name, 8, top + 16);
     }
     context.restore();
     views.push({ view, pose, top, lane });
@@ -36,8 +36,8 @@ const fixed = (value, digits) => (value === null || value === undefined ? "–" 
 
 // Each number has a place of fixed width, so that nothing moves when it changes.
 function showFigures(time) {
-  actors.forEach((actor, k) => {
-    const now = actor.track.figuresAt(time), suffix = k ? "2" : "";
+  bipeds.forEach((biped, k) => {
+    const now = biped.track.figuresAt(time), suffix = k ? "2" : "";
     const gait = $("gait" + suffix), name = now ? now.gait : "";
     gait.textContent = now ? word(name) : "–";
     gait.dataset.gait = name;
@@ -47,7 +47,7 @@ function showFigures(time) {
     $("cost" + suffix).textContent = fixed(now && now.cost, 3);
     $("time" + suffix).textContent = fixed(time, 1);
   });
-  document.querySelector(".row.second").hidden = actors.length < 2;
+  document.querySelector(".row.second").hidden = bipeds.length < 2;
 }
 
 // How evenly frames follow each other, for whoever measures.
@@ -56,4 +56,4 @@ function notePace(at) {
   if (pacing.last) { pacing.gaps.push(at - pacing.last); if (pacing.gaps.length > 20000) pacing.gaps.splice(0, 10000); }
   pacing.last = at;
 }
-window.gaitshift = { pacing, get actors() { return actors; } };
+window.gaitshift = { pacing, get bipeds() { return bipeds; } };

@@ -8,7 +8,7 @@
 //! - [`Stage`]: one or two controllers on their bodies under one slider, without any network;
 //! - [`replay_html`]: a recording as one page that needs no server.
 
-mod actor;
+mod biped;
 mod guard;
 mod history;
 mod message;
@@ -21,7 +21,7 @@ mod socket;
 mod stage;
 mod watch;
 
-pub use actor::Cast;
+pub use biped::Subject;
 pub use history::History;
 pub use message::Request;
 pub use replay::replay_html;

@@ -62,7 +62,7 @@ pub enum Request {
         /// How long, in s.
         seconds: f64,
         /// Which biped, from 0.
-        actor: usize,
+        biped: usize,
     },
     /// Puts the controller of an evaluation of the run on the stage.
     Evaluation {
@@ -97,18 +97,18 @@ impl Change {
 
 /// What a page needs to know before the first sample, and again when it changes.
 #[derive(Debug, Serialize)]
-#[serde(tag = "type", rename = "cast")]
-pub(crate) struct CastMessage<'a> {
+#[serde(tag = "type", rename = "bipeds")]
+pub(crate) struct BipedsMessage<'a> {
     pub epoch: u32,
     pub control_period_s: f64,
-    pub actors: Vec<ActorMessage<'a>>,
+    pub bipeds: Vec<BipedMessage<'a>>,
     /// Whether an MP4 can be made.
     pub films: bool,
     pub version: &'static str,
 }
 
 #[derive(Debug, Serialize)]
-pub(crate) struct ActorMessage<'a> {
+pub(crate) struct BipedMessage<'a> {
     pub name: &'a str,
     pub trained: [f64; 2],
     pub body: &'a gaitshift_body::BodyParameters,
@@ -118,15 +118,15 @@ pub(crate) struct ActorMessage<'a> {
     pub own_columns: &'a [String],
 }
 
-impl<'a> CastMessage<'a> {
+impl<'a> BipedsMessage<'a> {
     pub fn of(stage: &'a Stage, films: bool) -> Self {
-        let actor = |a: &'a crate::actor::Actor| {
+        let biped = |a: &'a crate::biped::Biped| {
             let body = a.parameters();
-            ActorMessage {
-                name: &a.cast.name,
-                trained: a.cast.trained,
+            BipedMessage {
+                name: &a.subject.name,
+                trained: a.subject.trained,
                 body,
-                given: a.cast.body.parameters(),
+                given: a.subject.body.parameters(),
                 weight_n: body.total_mass_kg() * body.gravity_m_per_s2,
                 own_columns: a.own_columns(),
             }
@@ -134,7 +134,7 @@ impl<'a> CastMessage<'a> {
         Self {
             epoch: stage.epoch,
             control_period_s: stage.control_period_s(),
-            actors: stage.actors.iter().map(actor).collect(),
+            bipeds: stage.bipeds.iter().map(biped).collect(),
             films,
             version: env!("CARGO_PKG_VERSION"),
         }
@@ -153,7 +153,7 @@ pub(crate) struct NowMessage {
     pub dropped: u64,
     /// Time by which the motion lags behind the clock since it began, in s.
     pub behind_s: f64,
-    pub actors: Vec<Now>,
+    pub bipeds: Vec<Now>,
 }
 
 /// Something to tell the user.
@@ -204,8 +204,8 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    pub fn new(actor: usize, epoch: u32) -> Self {
-        let mut bytes = vec![1, actor as u8, 0, 0];
+    pub fn new(biped: usize, epoch: u32) -> Self {
+        let mut bytes = vec![1, biped as u8, 0, 0];
         bytes.extend(epoch.to_le_bytes());
         bytes.extend(0_u32.to_le_bytes());
         Self { bytes, count: 0 }

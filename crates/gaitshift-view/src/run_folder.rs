@@ -1,6 +1,6 @@
 //! The folder of a training run, read while it is written: learning curve, evaluations, their controllers.
 
-use crate::actor::Cast;
+use crate::biped::Subject;
 use gaitshift_analysis::GaitClass;
 use gaitshift_body::Body;
 use gaitshift_experiment::{Controller, Evaluation};
@@ -160,13 +160,13 @@ impl RunView {
             .join(format!("step-{step:010}.safetensors"))
     }
 
-    /// The cast of an evaluation.
+    /// The subject of an evaluation.
     ///
     /// # Errors
     /// A step without a controller, or a controller that cannot be used.
-    pub fn cast(&self, step: u64) -> Result<Cast, String> {
+    pub fn subject(&self, step: u64) -> Result<Subject, String> {
         let controller = Controller::read(&self.controller(step)).map_err(|e| e.to_string())?;
-        Ok(Cast {
+        Ok(Subject {
             body: Body::new(controller.body.clone()).map_err(|e| e.to_string())?,
             trained: trained_range(&self.folder),
             name: format!("step {step}"),

@@ -35,7 +35,7 @@ impl Order {
     ///
     /// # Errors
     /// An unknown kind, a biped that is not there, a time out of range, a motion that has just begun.
-    pub fn of(stage: &Stage, what: &str, seconds: f64, actor: usize) -> Result<Self, String> {
+    pub fn of(stage: &Stage, what: &str, seconds: f64, biped: usize) -> Result<Self, String> {
         let kind = match what {
             "recording" => Kind::Recording,
             "profile" => Kind::Profile,
@@ -53,14 +53,14 @@ impl Order {
         if !(seconds > 0.0 && seconds <= LONGEST_S) {
             return Err(format!("from 0 to {LONGEST_S} s can be saved"));
         }
-        let nobody = || format!("there is no biped {actor} on the stage");
+        let nobody = || format!("there is no biped {biped} on the stage");
         let recording = stage
-            .recording(actor, seconds.min(longest))
+            .recording(biped, seconds.min(longest))
             .ok_or_else(nobody)?;
         if recording.len() < 2 {
             return Err("the motion has only just begun".to_owned());
         }
-        let history = stage.history(actor).ok_or_else(nobody)?;
+        let history = stage.history(biped).ok_or_else(nobody)?;
         Ok(Self {
             kind,
             recording,

@@ -1,6 +1,6 @@
 //! Listening and answering: the page, its parts, the run's curves, the socket.
 
-use crate::actor::Cast;
+use crate::biped::Subject;
 use crate::guard::{Gate, Names};
 use crate::run_folder::RunView;
 use crate::watch::Watched;
@@ -35,10 +35,10 @@ pub struct ViewOptions {
 /// What is shown.
 #[derive(Debug)]
 pub enum Show {
-    /// One or two casts on a live stage.
-    Live(Vec<Cast>),
-    /// The folder of a training run, and the cast that stands on the stage at first.
-    Run(PathBuf, Box<Cast>),
+    /// One or two subjects on a live stage.
+    Live(Vec<Subject>),
+    /// The folder of a training run, and the subject that stands on the stage at first.
+    Run(PathBuf, Box<Subject>),
     /// A motion that another program moves.
     Watched(Watched),
     /// A page that needs nothing but itself, as [`crate::replay_html`] makes it.
@@ -58,9 +58,9 @@ pub enum ViewError {
     },
     /// Two bipeds cannot be moved in the same steps.
     #[error("{0}")]
-    Casts(String),
+    Subjects(String),
     /// The server stopped.
-    #[error("the page is served no longer: {0}")]
+    #[error("the server stopped: {0}")]
     Stopped(io::Error),
 }
 
@@ -152,10 +152,10 @@ impl Server {
     /// Answers until the program ends, or until it is stopped.
     ///
     /// # Errors
-    /// Two casts with different control periods or integration steps; a listener that fails.
+    /// Two subjects with different control periods or integration steps; a listener that fails.
     pub fn run(self, show: Show) -> Result<(), ViewError> {
-        if let Show::Live(casts) = &show {
-            check_casts(casts)?;
+        if let Show::Live(subjects) = &show {
+            check_subjects(subjects)?;
         }
         let run = match &show {
             Show::Run(folder, _) => Some(RunView::new(folder.clone())),
@@ -182,15 +182,18 @@ impl Server {
     }
 }
 
-fn check_casts(casts: &[Cast]) -> Result<(), ViewError> {
-    let (Some(first), true) = (casts.first(), casts.len() <= 2) else {
-        return Err(ViewError::Casts(
+fn check_subjects(subjects: &[Subject]) -> Result<(), ViewError> {
+    let (Some(first), true) = (subjects.first(), subjects.len() <= 2) else {
+        return Err(ViewError::Subjects(
             "one or two bipeds can be on the stage".to_owned(),
         ));
     };
-    let period = |cast: &Cast| cast.controller.task.control_period_s;
-    match casts.iter().find(|cast| period(cast) != period(first)) {
-        Some(other) => Err(ViewError::Casts(format!(
+    let period = |subject: &Subject| subject.controller.task.control_period_s;
+    match subjects
+        .iter()
+        .find(|subject| period(subject) != period(first))
+    {
+        Some(other) => Err(ViewError::Subjects(format!(
             "{} has a control period of {} s and {} one of {} s; bipeds side by side need the same",
             first.name,
             period(first),
@@ -281,9 +284,9 @@ async fn run_json(State(shared): State<Arc<Shared>>) -> Response {
 }
 
 async fn open_socket(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> Response {
-    let casts = match &shared.show {
-        Show::Live(casts) => casts.clone(),
-        Show::Run(_, cast) => vec![(**cast).clone()],
+    let subjects = match &shared.show {
+        Show::Live(subjects) => subjects.clone(),
+        Show::Run(_, subject) => vec![(**subject).clone()],
         Show::Watched(_) => Vec::new(),
         Show::Page(_) => return StatusCode::NOT_FOUND.into_response(),
     };
@@ -295,7 +298,7 @@ async fn open_socket(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrad
         match &shared.show {
             Show::Watched(watched) => watched.serve(socket).await,
             _ => {
-                socket::serve(socket, casts, shared.run.as_ref(), &shared.films).await;
+                socket::serve(socket, subjects, shared.run.as_ref(), &shared.films).await;
             }
         }
         drop(place);

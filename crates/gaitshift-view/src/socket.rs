@@ -1,8 +1,8 @@
 //! One tab: its stage in real time, what it is sent, what it asks for.
 
-use crate::actor::Cast;
+use crate::biped::Subject;
 use crate::message::{
-    CastMessage, MOST_BYTES, Notice, NowMessage, Request, Samples, file_message, sample_columns,
+    BipedsMessage, MOST_BYTES, Notice, NowMessage, Request, Samples, file_message, sample_columns,
 };
 use crate::run_folder::RunView;
 use crate::save;
@@ -91,7 +91,7 @@ impl Clock {
 /// Serves a page until it is closed: a run whose evaluations it may ask for, places for films that are made at the same time.
 pub(crate) async fn serve(
     socket: WebSocket,
-    casts: Vec<Cast>,
+    subjects: Vec<Subject>,
     run: Option<&RunView>,
     films: &Arc<Semaphore>,
 ) {
@@ -99,7 +99,7 @@ pub(crate) async fn serve(
     let (outbox, waiting) = mpsc::channel(MOST_WAITING);
     let sender = tokio::spawn(send_all(sink, waiting));
     let mut tab = Tab {
-        stage: Stage::new(casts),
+        stage: Stage::new(subjects),
         clock: Clock::new(),
         outbox,
         columns: sample_columns(),
@@ -109,7 +109,7 @@ pub(crate) async fn serve(
         run,
         films,
     };
-    tab.tell_cast();
+    tab.tell_bipeds();
     tab.show();
     let mut ticks = interval(Duration::from_secs_f64(1.0 / FRAMES_PER_S));
     ticks.set_missed_tick_behavior(MissedTickBehavior::Skip);
@@ -205,8 +205,8 @@ impl Tab<'_> {
                 self.send_samples(std::mem::replace(&mut messages, self.messages()));
             }
             if k % every == 0 || k == periods {
-                for (actor, samples) in self.stage.actors.iter().zip(&mut messages) {
-                    samples.push(actor.row(), actor.pushed_n(), &self.columns);
+                for (biped, samples) in self.stage.bipeds.iter().zip(&mut messages) {
+                    samples.push(biped.row(), biped.pushed_n(), &self.columns);
                 }
             }
         }
@@ -215,8 +215,8 @@ impl Tab<'_> {
 
     fn messages(&self) -> Vec<Samples> {
         let epoch = self.stage.epoch;
-        (0..self.stage.actors.len())
-            .map(|actor| Samples::new(actor, epoch))
+        (0..self.stage.bipeds.len())
+            .map(|biped| Samples::new(biped, epoch))
             .collect()
     }
 
@@ -248,15 +248,15 @@ impl Tab<'_> {
             pace: self.clock.pace,
             dropped: self.dropped,
             behind_s: self.clock.behind_s,
-            actors: (0..self.stage.len())
+            bipeds: (0..self.stage.len())
                 .filter_map(|k| self.stage.now(k))
                 .collect(),
         };
         self.tell(&now);
     }
 
-    fn tell_cast(&self) {
-        self.tell(&CastMessage::of(
+    fn tell_bipeds(&self) {
+        self.tell(&BipedsMessage::of(
             &self.stage,
             gaitshift_figures::find_ffmpeg().is_some(),
         ));
@@ -330,7 +330,7 @@ impl Tab<'_> {
             } => self.stage.push(force_n, duration_s)?,
             Request::Body { values } => {
                 self.stage.change_body(&values)?;
-                self.tell_cast();
+                self.tell_bipeds();
             }
             Request::Compare { on } => {
                 self.stage.compare(on);
@@ -339,15 +339,15 @@ impl Tab<'_> {
             Request::Save {
                 what,
                 seconds,
-                actor,
-            } => self.save(what, seconds, actor)?,
+                biped,
+            } => self.save(what, seconds, biped)?,
             Request::Evaluation { step } => {
                 let run = self.run.cloned();
                 let run = run.ok_or_else(|| "no run is shown here".to_owned())?;
-                let cast = tokio::task::spawn_blocking(move || run.cast(step))
+                let subject = tokio::task::spawn_blocking(move || run.subject(step))
                     .await
                     .map_err(|e| e.to_string())??;
-                self.stage.recast(cast);
+                self.stage.replace(subject);
                 self.begin_anew();
             }
         }
@@ -356,20 +356,20 @@ impl Tab<'_> {
 
     fn begin_anew(&mut self) {
         self.clock.restart();
-        self.tell_cast();
+        self.tell_bipeds();
         let mut messages = self.messages();
-        for (actor, samples) in self.stage.actors.iter().zip(&mut messages) {
-            samples.push(actor.row(), actor.pushed_n(), &self.columns);
+        for (biped, samples) in self.stage.bipeds.iter().zip(&mut messages) {
+            samples.push(biped.row(), biped.pushed_n(), &self.columns);
         }
         self.send_samples(messages);
         self.show();
     }
 
-    fn save(&mut self, what: String, seconds: f64, actor: usize) -> Result<(), String> {
+    fn save(&mut self, what: String, seconds: f64, biped: usize) -> Result<(), String> {
         if self.saving.is_some() {
             return Err("a file is being made; ask again when it is there".to_owned());
         }
-        let order = save::Order::of(&self.stage, &what, seconds, actor)?;
+        let order = save::Order::of(&self.stage, &what, seconds, biped)?;
         let films = Arc::clone(self.films);
         self.tell(&Notice::Saving { what });
         self.saving = Some(tokio::spawn(async move {

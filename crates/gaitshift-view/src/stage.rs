@@ -1,6 +1,6 @@
 //! One or two bipeds under one slider, moved in steps of the control period. Knows no network and no clock.
 
-use crate::actor::{Actor, Cast};
+use crate::biped::{Biped, Subject};
 use crate::history::History;
 use gaitshift_analysis::recording::{Recording, column};
 use gaitshift_analysis::support::{Support, SupportPhase};
@@ -26,7 +26,7 @@ const PUSH_MAX_S: f64 = 2.0;
 /// What is on the stage.
 #[derive(Debug)]
 pub struct Stage {
-    pub(crate) actors: Vec<Actor>,
+    pub(crate) bipeds: Vec<Biped>,
     omega_v: f64,
     /// Commands to come, one for each control period, the next one last.
     planned: Vec<f64>,
@@ -56,12 +56,12 @@ pub(crate) enum Change {
 }
 
 impl Stage {
-    /// One or two casts at their starts. More than two are cut, and there must be one.
-    pub fn new(casts: Vec<Cast>) -> Self {
+    /// One or two subjects at their starts. More than two are cut, and there must be one.
+    pub fn new(subjects: Vec<Subject>) -> Self {
         let omega_v = 0.0;
-        let actors = casts.into_iter().take(2);
+        let bipeds = subjects.into_iter().take(2);
         Self {
-            actors: actors.map(|cast| Actor::new(cast, omega_v)).collect(),
+            bipeds: bipeds.map(|subject| Biped::new(subject, omega_v)).collect(),
             omega_v,
             planned: Vec::new(),
             lying_periods: 0,
@@ -72,7 +72,7 @@ impl Stage {
     /// Control period of the stage in s: that of the first biped. A second one with another period is refused by
     /// whoever builds the stage.
     pub fn control_period_s(&self) -> f64 {
-        self.actors.first().map_or(0.01, Actor::control_period_s)
+        self.bipeds.first().map_or(0.01, Biped::control_period_s)
     }
 
     /// The command of the slider.
@@ -123,7 +123,7 @@ impl Stage {
 
     /// Moves everything one control period. Gives whether anything began anew.
     pub fn step(&mut self) -> bool {
-        if self.actors.iter().any(|actor| actor.fell().is_some()) {
+        if self.bipeds.iter().any(|biped| biped.fell().is_some()) {
             self.lying_periods += 1;
             if f64::from(self.lying_periods) * self.control_period_s() >= LIES_S {
                 self.restart();
@@ -133,8 +133,8 @@ impl Stage {
         if let Some(omega_v) = self.planned.pop() {
             self.omega_v = omega_v;
         }
-        for actor in &mut self.actors {
-            actor.step(self.omega_v);
+        for biped in &mut self.bipeds {
+            biped.step(self.omega_v);
         }
         false
     }
@@ -143,8 +143,8 @@ impl Stage {
     pub fn restart(&mut self) {
         self.lying_periods = 0;
         self.epoch += 1;
-        for actor in &mut self.actors {
-            actor.restart(self.omega_v);
+        for biped in &mut self.bipeds {
+            biped.restart(self.omega_v);
         }
     }
 
@@ -160,8 +160,8 @@ impl Stage {
                 "a push has at most {PUSH_MAX_N} N and lasts at most {PUSH_MAX_S} s; this one has {size} N for {duration_s} s"
             ));
         }
-        for actor in &mut self.actors {
-            actor.push(force_n, duration_s);
+        for biped in &mut self.bipeds {
+            biped.push(force_n, duration_s);
         }
         Ok(())
     }
@@ -171,18 +171,18 @@ impl Stage {
     /// # Errors
     /// An unknown name or a value out of range; nothing has changed then.
     pub fn change_body(&mut self, values: &[(String, f64)]) -> Result<(), String> {
-        let Some(actor) = self.actors.first_mut() else {
+        let Some(biped) = self.bipeds.first_mut() else {
             return Ok(());
         };
         let parameters = if values.is_empty() {
-            actor.cast.body.parameters().clone()
+            biped.subject.body.parameters().clone()
         } else {
-            overlay(actor.parameters(), values)?
+            overlay(biped.parameters(), values)?
         };
-        if parameters.time_step_s != actor.parameters().time_step_s {
+        if parameters.time_step_s != biped.parameters().time_step_s {
             return Err("time_step_s is fixed while the body moves".to_owned());
         }
-        actor
+        biped
             .change_body(parameters)
             .map_err(|e: ParameterError| e.to_string())?;
         self.epoch += 1;
@@ -191,64 +191,64 @@ impl Stage {
 
     /// Puts the first controller on the stage twice, the second time on the original body, or takes that away.
     pub fn compare(&mut self, on: bool) {
-        if on && self.actors.len() == 1 {
-            let second = Cast {
-                name: format!("{}, original body", self.actors[0].cast.name),
-                ..self.actors[0].cast.clone()
+        if on && self.bipeds.len() == 1 {
+            let second = Subject {
+                name: format!("{}, original body", self.bipeds[0].subject.name),
+                ..self.bipeds[0].subject.clone()
             };
-            self.actors.push(Actor::new(second, self.omega_v));
+            self.bipeds.push(Biped::new(second, self.omega_v));
         } else if !on {
-            self.actors.truncate(1);
+            self.bipeds.truncate(1);
         }
         self.restart();
     }
 
     /// Another controller on the stage, on its own body.
-    pub fn recast(&mut self, cast: Cast) {
+    pub fn replace(&mut self, subject: Subject) {
         self.planned.clear();
-        self.actors = vec![Actor::new(cast, self.omega_v)];
+        self.bipeds = vec![Biped::new(subject, self.omega_v)];
         self.restart();
     }
 
     /// Number of bipeds.
     pub fn len(&self) -> usize {
-        self.actors.len()
+        self.bipeds.len()
     }
 
     /// Whether nobody is on the stage.
     pub fn is_empty(&self) -> bool {
-        self.actors.is_empty()
+        self.bipeds.is_empty()
     }
 
     /// Time since the last start, in s.
     pub fn time_s(&self) -> f64 {
-        self.actors.first().map_or(0.0, Actor::time_s)
+        self.bipeds.first().map_or(0.0, Biped::time_s)
     }
 
     /// Parameters of a biped's body as they are now.
     pub fn parameters(&self, index: usize) -> Option<&BodyParameters> {
-        self.actors.get(index).map(Actor::parameters)
+        self.bipeds.get(index).map(Biped::parameters)
     }
 
     /// Whether a biped has fallen and is about to start again.
     pub fn fell(&self, index: usize) -> bool {
-        self.actors
+        self.bipeds
             .get(index)
-            .is_some_and(|actor| actor.fell().is_some())
+            .is_some_and(|biped| biped.fell().is_some())
     }
 
     /// The last seconds of a biped's motion, as far as kept: a minute, and no longer than since the last start or
     /// change of its body.
     pub fn recording(&self, index: usize, seconds: f64) -> Option<Recording> {
         let rows = (seconds / self.control_period_s()).round().max(1.0) as usize;
-        self.actors
+        self.bipeds
             .get(index)
-            .map(|actor| actor.recording(rows.saturating_add(1)))
+            .map(|biped| biped.recording(rows.saturating_add(1)))
     }
 
     /// The slider's history since the last start.
     pub fn history(&self, index: usize) -> Option<&History> {
-        self.actors.get(index).map(|actor| &actor.history)
+        self.bipeds.get(index).map(|biped| &biped.history)
     }
 
     /// What the gait is now, by the rules of the analysis.
@@ -257,10 +257,10 @@ impl Stage {
     }
 
     pub(crate) fn now(&self, index: usize) -> Option<Now> {
-        let actor = self.actors.get(index)?;
-        let rows = (SHOWN_S / actor.control_period_s()).round() as usize + 1;
-        let recording = actor.recording(rows.min(MOST_ANALYSED));
-        let fallen = actor.fell().map(|_| GaitClass::Fallen);
+        let biped = self.bipeds.get(index)?;
+        let rows = (SHOWN_S / biped.control_period_s()).round() as usize + 1;
+        let recording = biped.recording(rows.min(MOST_ANALYSED));
+        let fallen = biped.fell().map(|_| GaitClass::Fallen);
         Some(describe(&recording, fallen))
     }
 }

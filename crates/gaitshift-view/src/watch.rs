@@ -1,6 +1,6 @@
 //! A motion that another program moves, shown while it moves: whoever looks sees the same.
 
-use crate::message::{ActorMessage, CastMessage, NowMessage, Samples, sample_columns};
+use crate::message::{BipedMessage, BipedsMessage, NowMessage, Samples, sample_columns};
 use crate::stage::{self, Now};
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use futures_util::SinkExt;
@@ -131,16 +131,16 @@ impl Watched {
             pace: 1.0,
             dropped: 0,
             behind_s: 0.0,
-            actors: vec![now],
+            bipeds: vec![now],
         })
     }
 
-    fn cast(&self) -> Option<Message> {
+    fn subject(&self) -> Option<Message> {
         let Inner { name, body, .. } = &*self.shared;
-        text(&CastMessage {
+        text(&BipedsMessage {
             epoch: self.state().epoch,
             control_period_s: self.shared.metadata.control_period_s,
-            actors: vec![ActorMessage {
+            bipeds: vec![BipedMessage {
                 name,
                 trained: crate::RECIPES_RANGE,
                 body,
@@ -157,7 +157,7 @@ impl Watched {
     pub(crate) async fn serve(&self, socket: WebSocket) {
         let (mut sink, mut stream) = socket.split();
         let mut motion = self.shared.sender.subscribe();
-        let mut next = self.cast();
+        let mut next = self.subject();
         loop {
             if let Some(message) = next.take() {
                 match timeout(SEND_TIMEOUT, sink.send(message)).await {

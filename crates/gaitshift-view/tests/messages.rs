@@ -27,8 +27,8 @@ const VALID: [&str; 19] = [
     r#"{"type":"body","values":[]}"#,
     r#"{"type":"compare","on":true}"#,
     r#"{"type":"compare","on":false}"#,
-    r#"{"type":"save","what":"recording","seconds":1,"actor":0}"#,
-    r#"{"type":"save","what":"profile","seconds":2,"actor":1}"#,
+    r#"{"type":"save","what":"recording","seconds":1,"biped":0}"#,
+    r#"{"type":"save","what":"profile","seconds":2,"biped":1}"#,
     r#"{"type":"evaluation","step":1000}"#,
 ];
 
@@ -112,7 +112,7 @@ fn no_conversation_ends_the_server() {
         .for_each(move |messages: &[Message; 12]| {
             let texts: Vec<String> = messages.iter().map(Message::text).collect();
             let mut socket = Socket::open(address, "").unwrap();
-            socket.hear_text("\"type\":\"cast\"").unwrap();
+            socket.hear_text("\"type\":\"bipeds\"").unwrap();
             for text in &texts {
                 assert!(socket.say(text), "ended at {text}: {texts:#?}");
             }

@@ -3,11 +3,11 @@
 
 mod common;
 
-use common::cast;
+use common::subject;
 use gaitshift_view::{Stage, replay_html};
 
 fn recording(seconds: f64) -> gaitshift_analysis::Recording {
-    let mut stage = Stage::new(vec![cast()]);
+    let mut stage = Stage::new(vec![subject()]);
     for _ in 0..(seconds / stage.control_period_s()) as u32 {
         stage.step();
     }
@@ -40,7 +40,7 @@ fn no_name_breaks_out_of_the_page() {
 
 #[test]
 fn what_cannot_be_played_is_refused() {
-    let short = replay_html(&Stage::new(vec![cast()]).recording(0, 1.0).unwrap());
+    let short = replay_html(&Stage::new(vec![subject()]).recording(0, 1.0).unwrap());
     assert!(short.unwrap_err().contains("two rows"));
     let mut foreign = recording(1.0);
     foreign.metadata.body = serde_json::json!({"legs": 4});

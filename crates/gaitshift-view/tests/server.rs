@@ -118,7 +118,7 @@ fn the_page_may_reach_nothing_but_this_server() {
 fn what_is_not_understood_is_answered_and_changes_nothing() {
     let address = serve();
     let mut socket = Socket::open(address, "").unwrap();
-    socket.hear_text("\"type\":\"cast\"").unwrap();
+    socket.hear_text("\"type\":\"bipeds\"").unwrap();
     for message in [
         "",
         "{",
@@ -138,9 +138,9 @@ fn what_is_not_understood_is_answered_and_changes_nothing() {
         "{\"type\":\"body\",\"values\":[[\"hip_mass_kg\",-1]]}",
         "{\"type\":\"body\",\"values\":[[\"foot_sphere_count\",1000000]]}",
         "{\"type\":\"body\",\"values\":[[\"../secret\",1]]}",
-        "{\"type\":\"save\",\"what\":\"/etc/passwd\",\"seconds\":1,\"actor\":0}",
-        "{\"type\":\"save\",\"what\":\"recording\",\"seconds\":1,\"actor\":9}",
-        "{\"type\":\"save\",\"what\":\"gif\",\"seconds\":1e9,\"actor\":0}",
+        "{\"type\":\"save\",\"what\":\"/etc/passwd\",\"seconds\":1,\"biped\":0}",
+        "{\"type\":\"save\",\"what\":\"recording\",\"seconds\":1,\"biped\":9}",
+        "{\"type\":\"save\",\"what\":\"gif\",\"seconds\":1e9,\"biped\":0}",
         "{\"type\":\"evaluation\",\"step\":1}",
     ] {
         assert!(socket.say(message));
@@ -262,7 +262,7 @@ fn a_page_that_never_reads_loses_frames_and_costs_no_memory() {
     // Orders to save, which fill whatever buffer there is, and are never read.
     for _ in 0..20 {
         for socket in &mut lazy {
-            socket.say("{\"type\":\"save\",\"what\":\"recording\",\"seconds\":60,\"actor\":0}");
+            socket.say("{\"type\":\"save\",\"what\":\"recording\",\"seconds\":60,\"biped\":0}");
         }
         std::thread::sleep(Duration::from_millis(100));
     }

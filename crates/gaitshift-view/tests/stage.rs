@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::cast;
+use common::subject;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::recording::{COLUMNS, Column, Recording};
 use gaitshift_body::BodyParameters;
@@ -24,11 +24,11 @@ fn replayed(csv: &str, duration_s: f64) -> Recording {
     let path = folder.path().join("profile.csv");
     std::fs::write(&path, csv).unwrap();
     let profile = CommandProfile::read_csv(&path).unwrap();
-    let mut cast = cast();
-    let start = Environment::default_start(&cast.body, &cast.controller.task);
+    let mut subject = subject();
+    let start = Environment::default_start(&subject.body, &subject.controller.task);
     Rollout {
-        body: &cast.body,
-        task: &cast.controller.task,
+        body: &subject.body,
+        task: &subject.controller.task,
         start,
         profile: &profile,
         duration_s,
@@ -36,13 +36,13 @@ fn replayed(csv: &str, duration_s: f64) -> Recording {
         disturbance: None,
         controller: "shipped",
     }
-    .record(&mut Deterministic(&mut cast.controller.policy))
+    .record(&mut Deterministic(&mut subject.controller.policy))
     .unwrap()
 }
 
 #[test]
 fn the_sliders_history_replays_to_the_last_bit() {
-    let mut stage = Stage::new(vec![cast()]);
+    let mut stage = Stage::new(vec![subject()]);
     walk(&mut stage, 1.0);
     // A hand on the slider: uneven values at uneven times, some of them twice, down to the sign of zero.
     let mut x = 0.3_f64;
@@ -77,7 +77,7 @@ fn the_sliders_history_replays_to_the_last_bit() {
 
 #[test]
 fn the_slider_changes_the_gait_from_walking_to_running_and_back() {
-    let mut stage = Stage::new(vec![cast()]);
+    let mut stage = Stage::new(vec![subject()]);
     walk(&mut stage, 6.0);
     assert_eq!(stage.gait(0), GaitClass::Walking);
     stage.set_omega_v(3.0).unwrap();
@@ -90,13 +90,13 @@ fn the_slider_changes_the_gait_from_walking_to_running_and_back() {
 
 #[test]
 fn a_push_makes_it_stumble_and_the_history_says_so() {
-    let mut stage = Stage::new(vec![cast()]);
+    let mut stage = Stage::new(vec![subject()]);
     walk(&mut stage, 6.0);
     let pushed_at_s = stage.time_s();
     stage.push([300.0, 0.0], 0.1).unwrap();
     walk(&mut stage, 1.0);
     let pushed = stage.recording(0, 60.0).unwrap();
-    let mut unpushed = Stage::new(vec![cast()]);
+    let mut unpushed = Stage::new(vec![subject()]);
     walk(&mut unpushed, 7.0);
     let speed = |r: &Recording, time_s: f64| {
         let column = Column::named("x_velocity_m_per_s").unwrap();
@@ -120,7 +120,7 @@ fn a_push_makes_it_stumble_and_the_history_says_so() {
 
 #[test]
 fn a_fall_is_told_and_it_starts_again() {
-    let mut stage = Stage::new(vec![cast()]);
+    let mut stage = Stage::new(vec![subject()]);
     walk(&mut stage, 2.0);
     stage.push([-2000.0, 0.0], 1.0).unwrap();
     walk(&mut stage, 1.2);
@@ -135,7 +135,7 @@ fn a_fall_is_told_and_it_starts_again() {
 
 #[test]
 fn another_body_goes_on_in_the_same_state() {
-    let mut stage = Stage::new(vec![cast()]);
+    let mut stage = Stage::new(vec![subject()]);
     walk(&mut stage, 3.0);
     let before = stage.recording(0, 1.0).unwrap();
     let change = |name: &str, value: f64| vec![(name.to_owned(), value)];
@@ -166,8 +166,8 @@ fn another_body_goes_on_in_the_same_state() {
 
 #[test]
 fn two_bipeds_move_as_each_alone() {
-    let mut both = Stage::new(vec![cast(), cast()]);
-    let mut alone = Stage::new(vec![cast()]);
+    let mut both = Stage::new(vec![subject(), subject()]);
+    let mut alone = Stage::new(vec![subject()]);
     for stage in [&mut both, &mut alone] {
         walk(stage, 2.0);
         stage.set_omega_v(1.7).unwrap();
@@ -180,7 +180,7 @@ fn two_bipeds_move_as_each_alone() {
 
 #[test]
 fn memory_is_bounded_however_long_it_walks() {
-    let mut stage = Stage::new(vec![cast()]);
+    let mut stage = Stage::new(vec![subject()]);
     walk(&mut stage, 70.0);
     let kept = stage.recording(0, f64::MAX).unwrap();
     assert_eq!(kept.len(), 6000);
@@ -189,7 +189,7 @@ fn memory_is_bounded_however_long_it_walks() {
 
 #[test]
 fn a_command_beyond_all_measure_is_refused() {
-    let mut stage = Stage::new(vec![cast()]);
+    let mut stage = Stage::new(vec![subject()]);
     for omega_v in [f64::NAN, f64::INFINITY, 100.1, -1e9] {
         assert!(stage.set_omega_v(omega_v).is_err());
         assert_eq!(stage.omega_v(), 0.0);
@@ -198,7 +198,7 @@ fn a_command_beyond_all_measure_is_refused() {
 
 #[test]
 fn a_reward_term_of_ones_own_is_in_a_live_recording_as_in_a_rollout() {
-    let mut own = cast();
+    let mut own = subject();
     let term = serde_json::json!({"name": "height", "weight": 2.0, "expression": "z_m"});
     let reward: RewardParameters =
         serde_json::from_value(serde_json::json!({ "extra": [term] })).unwrap();

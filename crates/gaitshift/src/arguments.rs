@@ -77,8 +77,9 @@ pub enum Command {
 /// Which controller.
 #[derive(Debug, Default, Args)]
 pub struct ControllerArguments {
-    /// Controller file, or a run's folder for the best controller in it [default: the shipped controller]
-    #[arg(long, value_name = "FILE|DIR")]
+    /// Controller file, a run's folder for the best controller in it, or `robust`, which comes with the program as well
+    /// [default: the shipped controller]
+    #[arg(long, value_name = "FILE|DIR|NAME")]
     pub controller: Option<PathBuf>,
 }
 
@@ -130,7 +131,7 @@ impl PrintArguments {
     }
 }
 
-/// Prints the script with which a shell completes commands and options.
+/// Prints a shell completion script
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:

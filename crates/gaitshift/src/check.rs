@@ -185,7 +185,7 @@ fn without(value: Value, neutral: &Value) -> Value {
         return value;
     };
     let differing = table.into_iter().filter_map(|(key, value)| {
-        let same = neutral.get(&key)?;
+        let same = neutral.get(&key).unwrap_or(&Value::Null);
         (value != *same).then(|| (key, without(value, same)))
     });
     Value::Object(differing.collect())

@@ -142,13 +142,8 @@ fn load(path: &Path, a: &CompareArguments) -> Result<Item, Failure> {
         let recording = Recording::read_csv(path).map_err(Failure::input)?;
         return Ok(Item::Recording(Box::new(recording)));
     }
-    let controller = if path.as_os_str() == "shipped" && !path.exists() {
-        Controller::shipped()
-    } else {
-        Controller::read(path)
-    };
     let subject = Subject::new(
-        controller.map_err(Failure::input)?,
+        Controller::read(path).map_err(Failure::input)?,
         name_of(path),
         &a.changes,
     )?;

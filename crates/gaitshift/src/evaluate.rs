@@ -90,7 +90,7 @@ fn described(rows: &[Row], settling_s: f64) -> String {
         )
     } else {
         format!(
-            "measured from {} s on, of shorter motions from their middle on",
+            "measured from {} s on, shorter motions from their midpoint on",
             seconds(greatest)
         )
     }

@@ -10,7 +10,6 @@ use gaitshift_experiment::{
     set_body_and_task,
 };
 use gaitshift_task::{Disturbance, Environment, TaskParameters};
-use gaitshift_view::Cast;
 use std::path::Path;
 
 /// A controller on a body, ready to move.
@@ -108,8 +107,8 @@ impl Subject {
     }
 
     /// For a live stage, with the range of the command that the controller was trained for.
-    pub fn into_cast(self, trained: [f64; 2]) -> Cast {
-        Cast {
+    pub fn for_view(self, trained: [f64; 2]) -> gaitshift_view::Subject {
+        gaitshift_view::Subject {
             controller: self.controller,
             body: self.body,
             name: self.name,

@@ -156,21 +156,21 @@ impl Observer for Watcher {
 /// Whether it has the gaits yet that are asked for.
 fn verdict(judgement: &Judgement) -> String {
     let verbs = [
-        (GaitClass::Walking, "walk"),
-        (GaitClass::Running, "run"),
-        (GaitClass::Standing, "stand"),
+        (GaitClass::Walking, "walks", "does not walk yet"),
+        (GaitClass::Running, "runs", "does not run yet"),
+        (GaitClass::Standing, "stands", "does not stand yet"),
     ];
-    let does = |(gait, verb): (GaitClass, &str)| {
-        let asked = judgement.rows.iter().filter(|row| row.asked == Some(gait));
-        let does: Vec<bool> = asked.map(|row| row.summary.gait == gait).collect();
-        let is = if does.iter().all(|&does| does) {
-            "does"
-        } else {
-            "does not yet"
-        };
-        (!does.is_empty()).then(|| format!("{is} {verb}"))
+    let does = |(gait, does, not_yet): (GaitClass, &'static str, &'static str)| {
+        let mut asked = judgement
+            .rows
+            .iter()
+            .filter(|row| row.asked == Some(gait))
+            .peekable();
+        asked.peek()?;
+        let all = asked.all(|row| row.summary.gait == gait);
+        Some(if all { does } else { not_yet })
     };
-    let all: Vec<String> = verbs.into_iter().filter_map(does).collect();
+    let all: Vec<&str> = verbs.into_iter().filter_map(does).collect();
     if all.is_empty() {
         return format!("{} of {} criteria", judgement.met(), judgement.checks.len());
     }
@@ -191,7 +191,7 @@ fn heading(judgement: &Judgement) -> String {
     let explained = [
         "Each line is an evaluation without noise: criteria met; score, with part credit",
         "for those nearly met (* the best so far, which is kept); and at each command",
-        "w walks, r runs, m neither, with the Froude number; s stands; f fell, after s.",
+        "w walks, r runs, m neither, with the Froude number; s stands; f fell, time in s.",
     ];
     format!(
         "{}\n{}\n{}",

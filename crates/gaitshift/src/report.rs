@@ -13,10 +13,7 @@ pub fn run(arguments: &ReportArguments) -> Result<(), Failure> {
     let mut subjects = arguments
         .items
         .iter()
-        .map(|path| match path.to_str() {
-            Some("shipped") => Subject::shipped(),
-            _ => Subject::read(path),
-        })
+        .map(|path| Subject::read(path))
         .collect::<Result<Vec<_>, _>>()
         .map_err(failure)?;
     let plan = if arguments.quick {

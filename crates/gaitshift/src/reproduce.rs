@@ -21,7 +21,7 @@ pub fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
         None => sweep::default_jobs(sweep),
     };
     for sweep in &sweeps {
-        sweep::foretell(sweep, jobs(sweep), &folder(out, sweep))?;
+        sweep::estimate(sweep, jobs(sweep), &folder(out, sweep))?;
     }
     if arguments.dry_run {
         return Ok(());

@@ -34,7 +34,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
         .jobs
         .map_or_else(|| default_jobs(&sweep), usize::from);
     if arguments.dry_run {
-        return foretell(&sweep, jobs, &folder);
+        return estimate(&sweep, jobs, &folder);
     }
     if !arguments.table {
         let interrupted = catch_interrupts()?;
@@ -103,7 +103,7 @@ pub fn default_jobs(sweep: &Sweep) -> usize {
 
 /// Says what would be run and how long it would take, from the pace of the variants on this machine now; of many
 /// variants that of some tells the others'.
-pub fn foretell(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<(), Failure> {
+pub fn estimate(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<(), Failure> {
     let apart = sweep.variants.len().div_ceil(MOST_PACES);
     let (mut all_s, mut rates) = (0.0, Vec::new());
     for (index, variant) in sweep.variants.iter().enumerate() {
@@ -134,7 +134,7 @@ pub fn foretell(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<(), Failure
         ))?;
     }
     output::line(&format!(
-        "in all about {} of training: {} with {jobs} at a time, if {jobs} run as fast as one; in {}",
+        "in all about {} of training: {} with {jobs} at a time, if each then runs as fast as one alone; in {}",
         duration(all_s),
         duration(all_s / jobs as f64),
         folder.display()

@@ -10,15 +10,16 @@ use gaitshift_experiment::{Experiment, RunReport, Training, folder_name, quoted}
 use gaitshift_figures::episode_returns_figure;
 use gaitshift_report::Episodes;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The report with the files it speaks of.
+/// The report with the files it speaks of, whose names need not be text: what is not, is replaced.
 #[derive(Serialize)]
 struct Report<'a> {
-    folder: &'a Path,
-    controller: &'a Path,
+    folder: Cow<'a, str>,
+    controller: Cow<'a, str>,
     #[serde(flatten)]
     report: &'a RunReport,
 }
@@ -40,8 +41,8 @@ struct Outcome {
 impl Outcome {
     fn report(&self) -> Report<'_> {
         Report {
-            folder: &self.folder,
-            controller: &self.controller,
+            folder: self.folder.to_string_lossy(),
+            controller: self.controller.to_string_lossy(),
             report: &self.report,
         }
     }
@@ -162,7 +163,7 @@ fn train(
     arguments: &TrainArguments,
     interrupted: &Arc<AtomicBool>,
 ) -> Result<Outcome, Failure> {
-    output::note(&format!("run in {}", folder.display()));
+    output::note(&format!("training in {}", folder.display()));
     if arguments.view {
         view::beside_training(&folder)?;
     }
@@ -175,7 +176,7 @@ fn train(
     let report = training.run(&mut watcher).map_err(Failure::run)?;
     watcher.finish();
     if let Err(cause) = write_returns(&folder) {
-        output::note(&format!("no figure of the returns: {cause}"));
+        output::note(&format!("cannot draw the returns: {cause}"));
     }
 
     // The best controller stands there from the first evaluation on, the last one from a checkpoint on.

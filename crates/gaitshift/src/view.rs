@@ -7,7 +7,7 @@ use crate::output;
 use gaitshift_analysis::Recording;
 use gaitshift_experiment::{Controller, Experiment};
 use gaitshift_view::{
-    Cast, RECIPES_RANGE, Server, Show, ViewError, ViewOptions, replay_html, trained_range,
+    RECIPES_RANGE, Server, Show, ViewError, ViewOptions, replay_html, trained_range,
 };
 use std::io::{self, IsTerminal};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -20,7 +20,7 @@ const PORT: u16 = 8420;
 /// Runs the command.
 pub fn run(arguments: &ViewArguments) -> Result<(), Failure> {
     let show = match &arguments.what {
-        None => Show::Live(casts(arguments)?),
+        None => Show::Live(subjects(arguments)?),
         Some(path) if path.is_dir() => show_run(path)?,
         Some(path) => {
             let recording = Recording::read_csv(path).map_err(Failure::input)?;
@@ -63,7 +63,7 @@ pub fn beside_training(folder: &Path) -> Result<(), Failure> {
 }
 
 /// One biped, or two if two controllers or two bodies are given.
-fn casts(arguments: &ViewArguments) -> Result<Vec<Cast>, Failure> {
+fn subjects(arguments: &ViewArguments) -> Result<Vec<gaitshift_view::Subject>, Failure> {
     let (controllers, bodies) = (&arguments.controller, &arguments.body);
     let count = controllers.len().max(bodies.len()).max(1);
     if count > 2 {
@@ -82,11 +82,11 @@ fn casts(arguments: &ViewArguments) -> Result<Vec<Cast>, Failure> {
             };
             let mut subject = Subject::of(controller.as_deref(), &changes)?;
             subject.start_at(arguments.seed);
-            let mut cast = subject.into_cast(trained);
+            let mut subject = subject.for_view(trained);
             if let Some(body) = body {
-                cast.name = format!("{}, {}", cast.name, body.display());
+                subject.name = format!("{}, {}", subject.name, body.display());
             }
-            Ok(cast)
+            Ok(subject)
         })
         .collect()
 }
@@ -112,11 +112,11 @@ fn show_run(folder: &Path) -> Result<Show, Failure> {
     let trained = range_beside(&folder.join("controller.safetensors"));
     let none = own.is_none();
     let subject = Subject::of(own.as_deref(), &ChangeArguments::default())?;
-    let mut cast = subject.into_cast(trained);
+    let mut subject = subject.for_view(trained);
     if none {
-        cast.name.push_str(" (the run has none yet)");
+        subject.name.push_str(" (the run has none yet)");
     }
-    Ok(Show::Run(folder.to_owned(), Box::new(cast)))
+    Ok(Show::Run(folder.to_owned(), Box::new(subject)))
 }
 
 fn bind(ip: IpAddr, port: Option<u16>, names: &[String]) -> Result<Server, Failure> {

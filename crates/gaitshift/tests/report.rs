@@ -8,7 +8,7 @@ use common::Place;
 fn what_cannot_be_reported_on_is_one_error() {
     let place = Place::new();
     place.refused("report no-such-run", &["no-such-run"]);
-    place.refused("report --quick", &["RUN|FILE|shipped"]);
+    place.refused("report --quick", &["RUN|FILE|NAME"]);
     place.refused("reproduce --quick --dry-run", &["--dry-run"]);
     // Said at once, not after a minute of measuring.
     place.write("file", "");

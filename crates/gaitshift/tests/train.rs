@@ -52,6 +52,22 @@ fn a_run_leaves_everything_behind_and_its_controller_can_be_evaluated() {
     place.refused("train tiny.toml", &["runs/tiny-run-5", "--resume", "--out"]);
 }
 
+/// The run was trained to its end, and then the report could not be printed.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_whose_name_is_no_text_is_reported() {
+    use std::os::unix::ffi::OsStrExt;
+    let place = place_with_recipe();
+    let mut command = place.command("train tiny.toml --steps 1000 --json --out");
+    let output = command
+        .arg(std::ffi::OsStr::from_bytes(b"run-\xff"))
+        .output()
+        .unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{report}");
+    assert_eq!(report["folder"], "run-\u{fffd}");
+}
+
 #[test]
 fn stopping_and_resuming_ends_with_the_same_controller() {
     let place = place_with_recipe();
@@ -140,7 +156,7 @@ fn an_interrupt_writes_a_checkpoint_to_go_on_from() {
         // Its first line comes after the handler is in place.
         let mut first = String::new();
         lines.read_line(&mut first).unwrap();
-        assert!(first.contains(&format!("run in {run}")), "{first}");
+        assert!(first.contains(&format!("training in {run}")), "{first}");
         let interrupted = Command::new("kill")
             .args([&format!("-{signal}"), &child.id().to_string()])
             .status();

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::error::FORMAT_VERSION;
 use super::{COLUMNS, DETAILS, Recording, RecordingError, RecordingMetadata, RowError, is_extra};
 
 const MAGIC: &str = "# gaitshift-recording ";
-pub(super) const FORMAT_VERSION: &str = "1";
 
 /// The JSON of the first line: the metadata and the number of rows to expect.
 #[derive(Serialize, Deserialize)]

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::csv_file::FORMAT_VERSION;
+/// Version of the recording's file format.
+pub(super) const FORMAT_VERSION: &str = "1";
 
 /// Why a row cannot become part of a recording.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

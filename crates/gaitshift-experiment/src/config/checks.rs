@@ -117,7 +117,7 @@ impl Experiment {
         let mut warnings = self.body.warnings();
         let cause = match self.training.symmetry {
             Symmetry::Replay => Some(
-                "`training.symmetry = \"replay\"` half of every batch is mirrored and keeps its reward and its end",
+                "`training.symmetry = \"replay\"` half of every batch is mirrored, but not its reward and its end",
             ),
             Symmetry::Network => Some(
                 "`training.symmetry = \"network\"` a state and its mirror image have one value",

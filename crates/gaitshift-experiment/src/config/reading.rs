@@ -6,10 +6,11 @@ use super::{ConfigError, Experiment};
 use std::path::{Path, PathBuf};
 
 /// The recipes that come with the program, by name.
-pub const RECIPES: [(&str, &str); 3] = [
+pub const RECIPES: [(&str, &str); 4] = [
     ("paper", include_str!("../../recipes/paper.toml")),
     ("journal", include_str!("../../recipes/journal.toml")),
     ("fast", include_str!("../../recipes/fast.toml")),
+    ("robust", include_str!("../../recipes/robust.toml")),
 ];
 
 impl Experiment {
@@ -72,10 +73,9 @@ impl Experiment {
     ) -> Result<Self, ConfigError> {
         let parse_error = |message: String| parse_error(origin, &message);
         let (own, over) = Self::own(text, origin)?;
-        let is_recipe = RECIPES.iter().any(|(_, recipe)| *recipe == text);
-        let experiment = match (is_recipe, own.base.as_deref().unwrap_or("paper")) {
-            (true, _) => own,
-            (false, base) => {
+        let experiment = match base_name(&own, text) {
+            None => own,
+            Some(base) => {
                 let mut whole = Self::base(base, "base", origin, within)?.table(origin)?;
                 overlay(&mut whole, over).map_err(parse_error)?;
                 whole
@@ -140,14 +140,23 @@ impl Experiment {
         toml::Table::try_from(self).map_err(|e| parse_error(origin, &e.to_string()))
     }
 
-    /// The name of what a file is based on and that itself; nothing for a recipe, which is based on nothing.
+    /// The name of what a file is based on and that itself; nothing for a recipe that is based on nothing.
     pub(crate) fn base_of(text: &str, origin: &str) -> Result<Option<(String, Self)>, ConfigError> {
-        if RECIPES.iter().any(|(_, recipe)| *recipe == text) {
-            return Ok(None);
-        }
         let (own, _) = Self::own(text, origin)?;
-        let name = own.base.unwrap_or_else(|| "paper".to_owned());
-        let base = Self::base(&name, "base", origin, &mut Vec::new())?;
-        Ok(Some((name, base)))
+        let Some(name) = base_name(&own, text) else {
+            return Ok(None);
+        };
+        let base = Self::base(name, "base", origin, &mut Vec::new())?;
+        Ok(Some((name.to_owned(), base)))
+    }
+}
+
+/// What a text is based on: what it says, else `paper`, on which the recipes stand without saying so.
+fn base_name<'a>(own: &'a Experiment, text: &str) -> Option<&'a str> {
+    let is_recipe = RECIPES.iter().any(|(_, recipe)| *recipe == text);
+    match own.base.as_deref() {
+        None if is_recipe => None,
+        None => Some("paper"),
+        base => base,
     }
 }

@@ -35,20 +35,29 @@ pub(super) fn assignment(text: &str, tables: &[&str]) -> Result<toml::Table, Con
     {
         path.insert(0, first);
     }
-    Ok(nested(&path, value))
+    nested(&path, value).map_err(|message| parse_error("--set", &message))
 }
 
+/// Most parts of a key's path; no key has half as many.
+const DEEPEST: usize = 32;
+
 /// A table that holds one value, under the path of a key.
-pub(crate) fn nested(path: &[&str], value: Value) -> toml::Table {
-    let (Some(name), rest) = (path.first(), path.get(1..).unwrap_or_default()) else {
-        return toml::Table::new();
-    };
-    let inner = if rest.is_empty() {
-        value
-    } else {
-        Value::Table(nested(rest, value))
-    };
-    toml::Table::from_iter([((*name).to_owned(), inner)])
+///
+/// # Errors
+/// A path so long that tables this deep would exhaust the stack.
+pub(crate) fn nested(path: &[&str], value: Value) -> Result<toml::Table, String> {
+    if path.len() > DEEPEST {
+        return Err(format!(
+            "a key of {} parts, `{}...`, but none has more than {DEEPEST}",
+            path.len(),
+            path[..3].join(".")
+        ));
+    }
+    let (first, rest) = path.split_first().ok_or("a key without a name")?;
+    let inside =
+        |inner, name: &&str| Value::Table([((*name).to_owned(), inner)].into_iter().collect());
+    let inner = rest.iter().rev().fold(value, inside);
+    Ok([((*first).to_owned(), inner)].into_iter().collect())
 }
 
 /// Puts the values of `over` into `base`, table by table; arrays, and tables whose key `kind` says

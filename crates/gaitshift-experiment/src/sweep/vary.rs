@@ -60,7 +60,7 @@ pub(super) fn variants(vary: &Table, random: Option<Random>) -> Result<Vec<Varia
         let (mut words, mut values) = (Vec::new(), Vec::new());
         for ((key, name), value) in keys.iter().zip(&names).zip(setting) {
             let path: Vec<&str> = key.path.iter().map(String::as_str).collect();
-            overlay(&mut set, nested(&path, value.clone()))?;
+            overlay(&mut set, nested(&path, value.clone())?)?;
             let text = match value {
                 Value::String(text) => text.clone(),
                 // As people write it, 0.0003 rather than 3e-4.

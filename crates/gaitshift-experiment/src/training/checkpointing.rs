@@ -67,8 +67,8 @@ impl Training {
             return Err(TrainingError::other(
                 &folder.file("config.toml"),
                 format!(
-                    "changes {edit} since the checkpoint at step {}, which decides it; set it back to go on, or begin a \
-                     new run with the edited file",
+                    "changes {edit}, which the checkpoint at step {} fixes; restore it to resume, or begin a new run with \
+                     the edited file",
                     state.counters.step
                 ),
             ));
@@ -83,7 +83,7 @@ impl Training {
         }
         training.counters = state.counters;
         training.edits = state.edits;
-        training.tell_edits(&edits);
+        training.report_edits(&edits);
         training.folder.restore_best()?;
         training.folder.cut_logs(&state.logs)?;
         Ok(training)
@@ -113,7 +113,7 @@ impl Training {
     }
 
     /// Notes what was edited, for the user and for the controllers to come.
-    fn tell_edits(&mut self, edits: &[Edit]) {
+    fn report_edits(&mut self, edits: &[Edit]) {
         let (c, t) = (&mut self.counters, &self.experiment.training);
         if !edits.is_empty() {
             let list: Vec<String> = edits.iter().map(Edit::to_string).collect();

@@ -154,7 +154,8 @@ class Controller:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Controller:
-        """Reads a ``controller.safetensors`` that ``gaitshift train`` wrote.
+        """Reads a ``controller.safetensors`` that ``gaitshift train`` wrote, or takes the one that comes with the package
+        under this name, ``"shipped"`` or ``"robust"``.
 
         Raises:
             OSError: the file cannot be read.

@@ -89,7 +89,7 @@ def train(
     Evaluations and notes go to the logger ``gaitshift``.
 
     Args:
-        experiment: a recipe (``paper``, ``journal``, ``fast``) or the path of an experiment's file.
+        experiment: a recipe (``paper``, ``journal``, ``fast``, ``robust``) or the path of an experiment's file.
         seed: replaces the experiment's.
         out: a new folder; ``runs/NAME-SEED`` without it.
         set: values that differ from the experiment's: ``{"body.friction": 0.6}`` or ``{"body": {"friction": 0.6}}``.

@@ -75,8 +75,8 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
 
         Args:
             omega_v: the command, or the range (lowest, highest) that each episode draws its own from.
-            experiment: recipe (``"paper"``, the default, ``"journal"``, ``"fast"``) or TOML file whose ``[body]`` and
-                ``[task]`` are used. What a curriculum changes during training is not.
+            experiment: recipe (``"paper"``, the default, ``"journal"``, ``"fast"``, ``"robust"``) or TOML file whose
+                ``[body]`` and ``[task]`` are used. What a curriculum changes during training is not.
             controller: take body and task of this controller instead.
             body: parameters of the body that differ, e.g. ``{"friction": 0.6}``.
             task: parameters of the task that differ, e.g. ``{"reward": {"omega_e": 0.1}}``, or with a reward term of one's own

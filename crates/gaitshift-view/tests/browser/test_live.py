@@ -36,12 +36,12 @@ def test_the_slider_moves_the_gait_from_walking_to_running_and_back(view, tab):
     page = tab(view())
     wait_for_gait(page, "walking")
     assert page.text_content("#gait") == "walking"
-    walking = now(page)["actors"][0]
+    walking = now(page)["bipeds"][0]
     for omega_v in (0.7, 1.5, 2.2, 3.0):
         move(page, omega_v)
     wait_for_gait(page, "running")
     page.wait_for_timeout(2000)
-    running = now(page)["actors"][0]
+    running = now(page)["bipeds"][0]
     assert running["speed_m_per_s"] > 1.5 * walking["speed_m_per_s"]
     assert any(phase[0] == 3 for phase in running["phases"]), "a run has flight"
     assert float(page.text_content("#speed")) > 1.0
@@ -94,17 +94,17 @@ def test_pause_stops_time_and_a_step_is_one_control_period(view, tab):
     wait_for_gait(page, "walking")
     page.click("#pause")
     until(page, "window.gaitshift.now.paused")
-    before = page.evaluate("window.gaitshift.actors[0].track.last")
+    before = page.evaluate("window.gaitshift.bipeds[0].track.last")
     page.wait_for_timeout(500)
-    assert page.evaluate("window.gaitshift.actors[0].track.last") == before
+    assert page.evaluate("window.gaitshift.bipeds[0].track.last") == before
     page.click("#step")
-    until(page, f"window.gaitshift.actors[0].track.last > {before}")
-    after = page.evaluate("window.gaitshift.actors[0].track.last")
+    until(page, f"window.gaitshift.bipeds[0].track.last > {before}")
+    after = page.evaluate("window.gaitshift.bipeds[0].track.last")
     assert after - before == pytest.approx(0.01)
     page.keyboard.press("Escape")
     page.click("#reset")
     until(page, "window.gaitshift.now.epoch === 1")
-    assert page.evaluate("window.gaitshift.actors[0].track.last") == 0
+    assert page.evaluate("window.gaitshift.bipeds[0].track.last") == 0
 
 
 def test_slow_motion_slows_time(view, tab):
@@ -112,9 +112,9 @@ def test_slow_motion_slows_time(view, tab):
     wait_for_gait(page, "walking")
     page.select_option("#pace", "0.1")
     until(page, "window.gaitshift.now.pace === 0.1")
-    before = page.evaluate("[performance.now(), window.gaitshift.actors[0].track.last]")
+    before = page.evaluate("[performance.now(), window.gaitshift.bipeds[0].track.last]")
     page.wait_for_timeout(3000)
-    after = page.evaluate("[performance.now(), window.gaitshift.actors[0].track.last]")
+    after = page.evaluate("[performance.now(), window.gaitshift.bipeds[0].track.last]")
     assert (after[1] - before[1]) / ((after[0] - before[0]) / 1000) == pytest.approx(0.1, rel=0.15)
 
 
@@ -125,12 +125,12 @@ def test_sliders_of_the_body_act_at_once(view, tab):
     slider = page.locator("#body_gravity_m_per_s2")
     slider.evaluate("s => { s.value = -1; s.dispatchEvent(new Event('input')); }")
     # A quarter of gravity: the same legs carry a quarter of the weight.
-    until(page, "window.gaitshift.actors[0].body.gravity_m_per_s2 < 2.5")
-    assert page.evaluate("window.gaitshift.actors[0].weight") == pytest.approx(40 * 9.81 / 4)
+    until(page, "window.gaitshift.bipeds[0].body.gravity_m_per_s2 < 2.5")
+    assert page.evaluate("window.gaitshift.bipeds[0].weight") == pytest.approx(40 * 9.81 / 4)
     page.click("#bodyReset")
-    until(page, "window.gaitshift.actors[0].body.gravity_m_per_s2 === 9.81")
+    until(page, "window.gaitshift.bipeds[0].body.gravity_m_per_s2 === 9.81")
     page.locator("#body_friction").evaluate("s => { s.value = -1; s.dispatchEvent(new Event('input')); }")
-    until(page, "window.gaitshift.actors[0].body.friction === 0.25")
+    until(page, "window.gaitshift.bipeds[0].body.friction === 0.25")
 
 
 def test_two_bipeds_side_by_side_share_the_slider(view, tab, tmp_path):
@@ -139,13 +139,13 @@ def test_two_bipeds_side_by_side_share_the_slider(view, tab, tmp_path):
     page = tab(view("--body", heavy))
     wait_for_gait(page, "walking")
     page.check("#compare")
-    until(page, "window.gaitshift.now.actors.length === 2")
+    until(page, "window.gaitshift.now.bipeds.length === 2")
     wait_for_gait(page, "walking")
     wait_for_gait(page, "walking", "gait2")
     page.click("#toRun")
     wait_for_gait(page, "running", "gait2")
     page.uncheck("#compare")
-    until(page, "window.gaitshift.now.actors.length === 1")
+    until(page, "window.gaitshift.now.bipeds.length === 1")
 
 
 def test_keys_move_the_slider_and_stop_time(view, tab):
@@ -168,7 +168,7 @@ def test_a_report_from_before_a_key_does_not_take_it_back(view, tab):
     page = tab(view())
     wait_for_gait(page, "walking")
     page.evaluate("""() => {
-        const before = { ...window.gaitshift.now, actors: [] };
+        const before = { ...window.gaitshift.now, bipeds: [] };
         const press = (key) => document.body.dispatchEvent(
             new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
         for (let times = 0; times < 5; times += 1) { press("ArrowRight"); hear(before); }

@@ -1,16 +1,16 @@
-//! A cast for the stage, and a hand-made client that can misbehave.
+//! A subject for the stage, and a hand-made client that can misbehave.
 #![allow(dead_code)] // Each test file uses its own part.
 
 use gaitshift_body::Body;
 use gaitshift_experiment::Controller;
-use gaitshift_view::{Cast, RECIPES_RANGE, Server, Show, ViewOptions};
+use gaitshift_view::{RECIPES_RANGE, Server, Show, Subject, ViewOptions};
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::time::Duration;
 
-pub fn cast() -> Cast {
+pub fn subject() -> Subject {
     let controller = Controller::shipped().unwrap();
-    Cast {
+    Subject {
         body: Body::new(controller.body.clone()).unwrap(),
         controller,
         name: "shipped".to_owned(),
@@ -21,7 +21,7 @@ pub fn cast() -> Cast {
 
 /// Serves a live stage on a free loopback port for the rest of the test program.
 pub fn serve() -> SocketAddr {
-    serve_show(Show::Live(vec![cast()]))
+    serve_show(Show::Live(vec![subject()]))
 }
 
 pub fn serve_show(show: Show) -> SocketAddr {

@@ -115,7 +115,7 @@ pub struct EvaluateArguments {
 /// By default ω_v rises from 0 (walking) to 3 (running) in 0.4 s. The steady motion before the ramp is
 /// compared with that after it, each without its first 5 s (at most half of it). `steps_to_change` counts
 /// the touchdowns from the start of the ramp up to the one that begins the first step from which on every
-/// step is of the new gait. Of a profile that goes up and down again, `changes` has that of each change.
+/// step is of the new gait. For a profile with several changes, `changes` has the steps of each.
 ///
 /// Writes a figure like the paper's Fig. 3 (energies and speed against time, support
 /// phases shaded, the ramp hatched) and the recording. With --json, standard output is one JSON object,
@@ -191,7 +191,7 @@ pub struct TransitionArguments {
 
 /// Measures what a controller withstands: pushes, steps, slopes, noise, latency.
 ///
-/// From several random starts, each settled under the command first: the largest push forward, backward, up
+/// Finds, from several random starts after settling under the command, the largest push forward, backward, up
 /// and down at each phase of the stride, the highest step up and down, the steepest slope up and down, the
 /// largest noise of each observation and the longest latency without a fall. Each disturbance grows by a
 /// quarter until one is not withstood, then the gap is halved twice. One table gives the median, least and
@@ -241,7 +241,7 @@ pub struct StressArguments {
 /// Compares controllers, runs and recordings.
 ///
 /// Each is a controller file, a run's folder (its best controller and its training curve), a recording (CSV),
-/// or the word `shipped`. Controllers are measured at every command; recordings are analysed as they are. One
+/// or `shipped` or `robust`, which come with the program. Controllers are measured at every command; recordings are analysed as they are. One
 /// table has a row for each command and name. The folder of --out gets a figure of all controllers over the
 /// range of their command (sweep) and, for runs, the criteria met during training (learning) and by the best
 /// controllers (table). Runs of one experiment with different seeds share one curve, and one row with an
@@ -253,13 +253,14 @@ pub struct StressArguments {
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
+  gaitshift compare shipped robust
   gaitshift compare shipped runs/fast-1
   gaitshift compare runs/fast-1 runs/fast-2 runs/fast-3 --omega-v 0,3
   gaitshift compare shipped runs/fast-1 --seed 1..12 --set friction=0.6
   gaitshift compare out/a/omega_v_3.csv out/b/omega_v_3.csv")]
 pub struct CompareArguments {
-    /// Controller files, runs' folders, recordings, or `shipped`
-    #[arg(value_name = "FILE|DIR|shipped", required = true)]
+    /// Controller files, runs' folders, recordings, `shipped` or `robust`
+    #[arg(value_name = "FILE|DIR|NAME", required = true)]
     pub items: Vec<PathBuf>,
 
     /// What differs from what the controllers were trained on.
@@ -300,7 +301,7 @@ pub struct CompareArguments {
 /// days; an estimate is printed first. Ctrl-C writes checkpoints, and the same command continues from them;
 /// finished runs are not repeated.
 ///
-/// Into the folder of --out: report.html (one file, which fetches nothing; it prints), figures/ (each as SVG and PNG, its
+/// Into the folder of --out: report.html (one self-contained file, also for print), figures/ (each as SVG and PNG, its
 /// numbers as CSV and JSON), claims.csv, numbers.csv, report.json, and runs/. The same controllers give the same bytes.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
@@ -334,7 +335,7 @@ pub struct ReproduceArguments {
 /// command, the change of gait as a bifurcation, where energy goes, ground reaction forces, steps in the
 /// ground, sensor noise. Runs of one experiment count as its seeds and are shown together, with intervals.
 ///
-/// Into the folder of --out: report.html (one file, which fetches nothing; it prints), figures/ (each as SVG and PNG, its
+/// Into the folder of --out: report.html (one self-contained file, also for print), figures/ (each as SVG and PNG, its
 /// numbers as CSV and JSON), claims.csv, numbers.csv and report.json. The same controllers give the same bytes.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
@@ -343,8 +344,8 @@ Examples:
   gaitshift report runs/fast-1 runs/fast-2 runs/fast-3 shipped
   gaitshift report --quick my.safetensors --out out/mine")]
 pub struct ReportArguments {
-    /// Runs' folders (their best controllers), controller files, or `shipped`
-    #[arg(value_name = "RUN|FILE|shipped", required = true)]
+    /// Runs' folders (their best controllers), controller files, `shipped` or `robust`
+    #[arg(value_name = "RUN|FILE|NAME", required = true)]
     pub items: Vec<PathBuf>,
 
     /// Coarser steps of the command, fewer starts

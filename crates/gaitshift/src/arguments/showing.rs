@@ -89,7 +89,7 @@ pub struct RenderArguments {
 /// export html`.
 ///
 /// The page comes from this program and fetches nothing. It is served until the program is stopped (Ctrl-C), on the
-/// loopback address: nobody else can reach it.
+/// loopback address: only programs on this machine can reach it.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -103,8 +103,8 @@ pub struct ViewArguments {
     #[arg(value_name = "RUN|RECORDING.csv", conflicts_with_all = ["controller", "body", "seed"])]
     pub what: Option<PathBuf>,
 
-    /// Controller file [default: the shipped controller]; given twice, two bipeds side by side
-    #[arg(long, value_name = "FILE")]
+    /// Controller file, run's folder, or `robust` [default: the shipped controller]; given twice, two bipeds side by side
+    #[arg(long, value_name = "FILE|DIR|NAME")]
     pub controller: Vec<PathBuf>,
 
     /// TOML file that changes the body, as for `gaitshift transition`; given twice, two bipeds side by side

@@ -12,7 +12,7 @@ const MOST_ROWS: usize = 6000;
 
 /// A controller and the body it moves, as asked for.
 #[derive(Debug, Clone)]
-pub struct Cast {
+pub struct Subject {
     /// The controller.
     pub controller: Controller,
     /// The body, which may differ from the one it was trained on.
@@ -25,16 +25,16 @@ pub struct Cast {
     pub seed: Option<u64>,
 }
 
-impl Cast {
+impl Subject {
     fn start(&self, body: &Body) -> BodyState {
         Environment::start(body, &self.controller.task, self.seed)
     }
 }
 
-/// A cast in motion.
+/// A subject in motion.
 #[derive(Debug)]
-pub(crate) struct Actor {
-    pub cast: Cast,
+pub(crate) struct Biped {
+    pub subject: Subject,
     /// The body as the sliders have it.
     body: Body,
     simulation: Simulation,
@@ -54,15 +54,15 @@ struct Push {
     periods: u32,
 }
 
-impl Actor {
-    pub fn new(cast: Cast, omega_v: f64) -> Self {
-        let body = cast.body.clone();
-        let start = cast.start(&body);
-        let task = &cast.controller.task;
+impl Biped {
+    pub fn new(subject: Subject, omega_v: f64) -> Self {
+        let body = subject.body.clone();
+        let start = subject.start(&body);
+        let task = &subject.controller.task;
         let simulation = Simulation::new(&body, task, start, omega_v);
         let own_columns = task.reward.extra.columns().collect();
-        let mut actor = Self {
-            cast,
+        let mut biped = Self {
+            subject,
             body,
             simulation,
             own_columns,
@@ -72,18 +72,18 @@ impl Actor {
             push: None,
             fell: None,
         };
-        actor.keep_row();
-        actor
+        biped.keep_row();
+        biped
     }
 
     /// Begins again from the start, on the body as it is now.
     pub fn restart(&mut self, omega_v: f64) {
-        let start = self.cast.start(&self.body);
-        let task = &self.cast.controller.task;
+        let start = self.subject.start(&self.body);
+        let task = &self.subject.controller.task;
         self.simulation = Simulation::new(&self.body, task, start, omega_v);
         self.rows.clear();
         self.history = History::default();
-        let changed = self.body.parameters() != self.cast.body.parameters();
+        let changed = self.body.parameters() != self.subject.body.parameters();
         if changed {
             self.history
                 .remark("the body differs from the one the program was given".to_owned());
@@ -106,7 +106,7 @@ impl Actor {
                 self.push = None;
             }
         }
-        let policy = &mut self.cast.controller.policy;
+        let policy = &mut self.subject.controller.policy;
         let ended = self
             .simulation
             .step(omega_v, force_n, &mut Deterministic(policy));
@@ -194,10 +194,10 @@ impl Actor {
     pub fn recording(&self, rows: usize) -> Recording {
         let mut metadata = self
             .simulation
-            .metadata(&self.cast.name, self.cast.seed.unwrap_or(0));
+            .metadata(&self.subject.name, self.subject.seed.unwrap_or(0));
         if let Some(ended) = self.fell {
             metadata.fell = true;
-            metadata.ended_by = self.cast.controller.task.end_name(ended).to_owned();
+            metadata.ended_by = self.subject.controller.task.end_name(ended).to_owned();
         }
         let mut recording = Recording::new(metadata);
         let width = COLUMNS.len() + self.own_columns.len();
