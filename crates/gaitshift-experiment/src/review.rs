@@ -9,7 +9,8 @@ use std::path::Path;
 pub struct Review {
     /// The recipe or file that it is based on; nothing for a recipe itself.
     pub base: Option<String>,
-    /// What differs from the base: a sentence for each key, the phases together in one.
+    /// What differs from the base: a sentence for each key, the phases together in one if they are
+    /// others.
     pub differences: Vec<String>,
     /// What can be trained but is probably not meant, a sentence each.
     pub warnings: Vec<String>,
@@ -43,13 +44,30 @@ impl Review {
 
 fn differences(before: &Experiment, after: &Experiment) -> Result<Vec<String>, ConfigError> {
     const PHASES: &str = "curriculum.phases";
-    let edits = edits(before, after)?;
-    let mut differences: Vec<String> = edits
-        .iter()
-        .filter(|edit| !edit.key.starts_with(PHASES) && edit.key != "name")
-        .map(ToString::to_string)
-        .collect();
-    if before.curriculum.phases != after.curriculum.phases {
+    let names = |e: &Experiment| -> Vec<String> {
+        e.curriculum.phases.iter().map(|p| p.name.clone()).collect()
+    };
+    let same_phases = names(before) == names(after);
+    let mut differences = Vec::new();
+    for mut edit in edits(before, after)? {
+        if edit.key == "name" {
+            continue;
+        }
+        if let Some(within) = edit.key.strip_prefix(PHASES) {
+            if !same_phases {
+                continue;
+            }
+            // A phase by its name, as `--set` takes it, instead of its place in the list.
+            for (index, name) in names(after).iter().enumerate() {
+                if let Some(key) = within.strip_prefix(&format!("[{index}]")) {
+                    edit.key = format!("{PHASES}.{name}{key}");
+                    break;
+                }
+            }
+        }
+        differences.push(edit.to_string());
+    }
+    if !same_phases {
         let phases = |e: &Experiment| {
             let (count, steps) = (e.curriculum.phases.len(), e.curriculum.total_steps());
             format!("{count} of {steps} steps in all")

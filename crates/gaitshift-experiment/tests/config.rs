@@ -463,6 +463,16 @@ fn single_values_can_be_set() {
         (8, 0.9)
     );
     assert_eq!(fast.with_values(&[]).unwrap(), fast);
+    // A name with spaces or dots may stand in quotes, as it must in a file.
+    let steps = ["II, settling", "\"II, settling\"", "'II, settling'"].map(|name| {
+        let value = format!("curriculum.phases.{name}.steps=32000");
+        fast.with_values(&[value]).unwrap().curriculum.total_steps()
+    });
+    assert!(
+        steps
+            .iter()
+            .all(|s| *s == steps[0] && *s < fast.curriculum.total_steps())
+    );
     let message = fast
         .with_values(&["trainig.environments=8".to_owned()])
         .unwrap_err()

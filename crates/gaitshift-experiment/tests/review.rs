@@ -51,6 +51,12 @@ fn differences_are_those_from_the_base() {
     let review = self::review(&format!("base = \"fast\"\n{PHASE}"));
     assert_eq!(review.differences.len(), 1, "{:?}", review.differences);
     assert!(review.differences[0].contains("1 of 1000000 steps"));
+    // Phases that have kept their names are told apart by them.
+    let text = "base = \"fast\"\n[curriculum.phases.\"II, settling\"]\nsteps = 7\n";
+    assert_eq!(
+        self::review(text).differences,
+        ["`curriculum.phases.II, settling.steps` from 2000000 to 7"]
+    );
     let changed = Experiment::recipe("fast").unwrap();
     let changed = changed.with_values(&["seed=3".to_owned()]).unwrap();
     let review = Review::of("fast", &changed).unwrap();

@@ -29,13 +29,34 @@ pub(super) fn assignment(text: &str, tables: &[&str]) -> Result<toml::Table, Con
         .ok()
         .and_then(|mut table| table.remove("value"))
         .unwrap_or_else(|| Value::String(value.to_owned()));
-    let mut path: Vec<&str> = key.trim().split('.').collect();
+    let mut path = parts(key.trim());
     if let Some(first) = tables.first()
         && !tables.contains(&path[0])
     {
         path.insert(0, first);
     }
     nested(&path, value).map_err(|message| parse_error("--set", &message))
+}
+
+/// The parts of a dotted key. As in TOML, quotes may enclose a part; without them a part ends at the next dot.
+fn parts(key: &str) -> Vec<&str> {
+    let (mut parts, mut rest) = (Vec::new(), key);
+    loop {
+        let quoted = rest.strip_prefix(['"', '\'']).and_then(|inside| {
+            let (part, after) = inside.split_once(rest.chars().next()?)?;
+            let next = after.strip_prefix('.');
+            (next.is_some() || after.is_empty()).then_some((part, next))
+        });
+        let (part, next) = quoted.unwrap_or_else(|| match rest.split_once('.') {
+            Some((part, next)) => (part, Some(next)),
+            None => (rest, None),
+        });
+        parts.push(part);
+        let Some(next) = next else {
+            return parts;
+        };
+        rest = next;
+    }
 }
 
 /// Most parts of a key's path; no key has half as many.
