@@ -225,13 +225,16 @@ impl Controller {
 }
 
 /// Keys of the reward in controllers of earlier versions: whether one other than 0 would change the reward.
-const GONE: [(&str, bool); 6] = [
+const GONE: [(&str, bool); 8] = [
     ("alive_command_factor", true),
     ("energy_reference_period_s", true),
     ("entropy_command_divisor", false),
     ("entropy_share_at_zero", false),
     ("horizon_command_divisor", false),
     ("horizon_share_floor", false),
+    ("omega_e_floor", true),
+    // It scaled reward and entropy bonus alike.
+    ("scale", false),
 ];
 
 /// Takes out what earlier versions wrote of the reward and this one does not know.

@@ -17,19 +17,12 @@ pub struct Provenance {
     pub environment_steps: u64,
     /// Updates of the learner behind it.
     pub updates: u64,
-    /// Number of evaluations whose controllers' mean it is; 1 for one by itself.
-    #[serde(default = "one")]
-    pub averaged_evaluations: usize,
     /// Version of the program.
     pub version: String,
     /// Edits of the configuration between parts of the run, one sentence each: with any, the command alone does not
     /// make it again.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub edits: Vec<String>,
-}
-
-fn one() -> usize {
-    1
 }
 
 /// The program's name and `words`, its arguments, quoted for a shell. Of an absolute path only the last name is kept:

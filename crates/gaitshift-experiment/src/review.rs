@@ -134,20 +134,6 @@ fn unreached(e: &Experiment) -> Vec<String> {
             ));
         }
     }
-    let command = &e.curriculum.command;
-    for phase in phases {
-        let share = phase.focus_share.unwrap_or(command.focus_share);
-        let end = phase.omega_v_end.unwrap_or(phase.omega_v);
-        let (low, high) = (phase.omega_v[0].min(end[0]), phase.omega_v[1].max(end[1]));
-        let [from, to] = command.focus;
-        if share > 0.0 && (to < low || from > high) {
-            warnings.push(format!(
-                "phase \"{}\" draws a share of {share} from `curriculum.command.focus`, {from} to {to}, which lies outside \
-                 its own range, {low} to {high}",
-                phase.name
-            ));
-        }
-    }
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     if e.learner.threads > threads {
         warnings.push(format!(

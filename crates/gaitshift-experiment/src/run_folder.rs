@@ -351,7 +351,6 @@ struct EvaluationLine<'a> {
     met: usize,
     score: f64,
     accepted: bool,
-    averaged_evaluations: usize,
     #[serde(flatten)]
     judgement: &'a Judgement,
 }
@@ -373,7 +372,6 @@ impl Logs {
         &mut self,
         step: u64,
         elapsed_s: f64,
-        averaged_evaluations: usize,
         j: &Judgement,
     ) -> Result<(), TrainingError> {
         let line = EvaluationLine {
@@ -382,7 +380,6 @@ impl Logs {
             met: j.met(),
             score: j.score(),
             accepted: j.accepted(),
-            averaged_evaluations,
             judgement: j,
         };
         let text = serde_json::to_string(&line)

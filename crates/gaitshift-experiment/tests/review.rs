@@ -87,11 +87,6 @@ fn what_is_never_reached_is_warned_of() {
     );
     warned(&phase(1_000_000, "[0, 2]"), &["command 3", "running"]);
     warned(&phase(1_000_000, "[1, 3]"), &["command 0", "walking"]);
-    let focus = format!(
-        "[curriculum.command]\nfocus_share = 0.5\nfocus = [5, 6]\n{}",
-        phase(1_000_000, "[0, 3]")
-    );
-    warned(&focus, &["\"only\"", "curriculum.command.focus"]);
     warned(
         "[body]\nleg_length_m = 1.0\n",
         &["leg_length_m", "thigh_distance_m"],

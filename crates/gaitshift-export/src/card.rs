@@ -142,13 +142,6 @@ fn training(text: &mut String, controller: &Controller) {
         "## Training\n\nSoft Actor-Critic, experiment `{}`, seed {}, {} environment steps, {} updates, gaitshift {}",
         p.experiment, p.seed, p.environment_steps, p.updates, p.version
     );
-    if p.averaged_evaluations > 1 {
-        let _ = write!(
-            text,
-            "; the mean of the controllers of {} evaluations",
-            p.averaged_evaluations
-        );
-    }
     let _ = write!(text, ".\n\n```sh\n{}\n```\n\n", p.command);
     if !p.edits.is_empty() {
         text.push_str("The run's configuration was edited during training, so the command alone does not reproduce it:\n\n");

@@ -2,10 +2,8 @@
 
 use crate::error::require;
 use crate::overrides::blend;
-use crate::randomization::uniform;
 use crate::{LearnerSettings, Overrides, Randomization, RewardParameters, TaskError};
 use gaitshift_body::BodyParameters;
-use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -43,12 +41,6 @@ pub struct Phase {
     /// Settings of the learner that move linearly during the phase, and where to.
     #[serde(default, skip_serializing_if = "Overrides::is_empty")]
     pub learner_end: Overrides<LearnerSettings>,
-    /// Replaces the start's speed by one drawn uniformly from this range, in m/s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub start_speed_m_per_s: Option<[f64; 2]>,
-    /// Replaces the command's `focus_share` during the phase.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub focus_share: Option<f64>,
     /// Replaces the command's `redraw_interval_s` during the phase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub redraw_interval_s: Option<f64>,
@@ -61,10 +53,6 @@ pub struct Phase {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CommandDraw {
-    /// Share of draws taken from `focus` instead of the phase's range.
-    pub focus_share: f64,
-    /// The range of those draws, cut to the phase's range.
-    pub focus: [f64; 2],
     /// Mean time between changes of the command within an episode, in s; 0: never (the paper).
     pub redraw_interval_s: f64,
     /// Longest ramp of such a change, in s; its length is drawn uniformly from 0 to this.
@@ -78,8 +66,6 @@ pub struct CommandDraw {
 impl Default for CommandDraw {
     fn default() -> Self {
         Self {
-            focus_share: 0.0,
-            focus: [-0.2, 0.5],
             redraw_interval_s: 0.0,
             redraw_ramp_s: 0.4,
             hold_periods: 0,
@@ -108,8 +94,6 @@ pub struct PhaseSettings {
     pub command: CommandDraw,
     /// The reward in force.
     pub reward: RewardParameters,
-    /// Range of the start's speed, if the phase sets one, in m/s.
-    pub start_speed_m_per_s: Option<[f64; 2]>,
     /// What else differs from episode to episode, if the phase asks for it.
     pub randomization: Option<Randomization>,
 }
@@ -169,7 +153,6 @@ impl Curriculum {
                 omega_v: [0.0, 0.0],
                 command: self.command.clone(),
                 reward: reward.clone(),
-                start_speed_m_per_s: None,
                 randomization: None,
             };
         };
@@ -194,12 +177,10 @@ impl Curriculum {
             index,
             omega_v: [mix(0), mix(1)],
             command: CommandDraw {
-                focus_share: phase.focus_share.unwrap_or(command.focus_share),
                 redraw_interval_s: phase.redraw_interval_s.unwrap_or(command.redraw_interval_s),
                 ..command.clone()
             },
             reward,
-            start_speed_m_per_s: phase.start_speed_m_per_s,
             randomization: phase.randomization.clone(),
         }
     }
@@ -242,12 +223,6 @@ impl Curriculum {
             format!("a list of {}", self.phases.len()),
             "a list of 1 to 1000 phases",
         )?;
-        require(
-            (0.0..=1.0).contains(&c.focus_share),
-            "curriculum.command.focus_share",
-            c.focus_share,
-            "between 0 and 1",
-        )?;
         for (key, value) in [
             ("curriculum.command.redraw_interval_s", c.redraw_interval_s),
             ("curriculum.command.redraw_ramp_s", c.redraw_ramp_s),
@@ -261,7 +236,6 @@ impl Curriculum {
         }
         let ordered = |r: [f64; 2]| r[0].is_finite() && r[1].is_finite() && r[0] <= r[1];
         let range = "[low, high] with low <= high";
-        require(ordered(c.focus), "curriculum.command.focus", c.focus, range)?;
         for (i, p) in self.phases.iter().enumerate() {
             let key = |name: &str| format!("curriculum.phases[{i}].{name}");
             require(
@@ -273,9 +247,6 @@ impl Curriculum {
             require(ordered(p.omega_v), &key("omega_v"), p.omega_v, range)?;
             if let Some(r) = p.omega_v_end {
                 require(ordered(r), &key("omega_v_end"), r, range)?;
-            }
-            if let Some(r) = p.start_speed_m_per_s {
-                require(ordered(r), &key("start_speed_m_per_s"), r, range)?;
             }
             p.reward.validate(&key("reward"))?;
             p.reward_end.validate(&key("reward_end"))?;
@@ -310,23 +281,7 @@ impl Curriculum {
             if let Some(randomization) = &p.randomization {
                 randomization.validate(&key("randomization"), body)?;
             }
-            if let Some(share) = p.focus_share {
-                let key = key("focus_share");
-                require((0.0..=1.0).contains(&share), &key, share, "between 0 and 1")?;
-            }
         }
         Ok(())
-    }
-}
-
-impl CommandDraw {
-    /// Draws a command from a range.
-    pub fn draw(&self, range: [f64; 2], rng: &mut impl Rng) -> f64 {
-        let mut from = range;
-        if self.focus_share > 0.0 && rng.random::<f64>() < self.focus_share {
-            let cut = |v: f64| v.clamp(range[0], range[1]);
-            from = [cut(self.focus[0]), cut(self.focus[1])];
-        }
-        uniform(from, rng)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::expression::{Moment, Quantities};
 use crate::observation::{OBSERVATION_SIZE, observe};
-use crate::randomization::Conditions;
+use crate::randomization::{Conditions, uniform};
 use crate::{
     EndReason, PhaseSettings, Randomization, RewardParameters, RewardTerms, StepEnergies,
     StepOutcome, TaskParameters,
@@ -67,7 +67,7 @@ impl Environment {
         match seed {
             Some(seed) => {
                 let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
-                Self::random_start(body, task, None, &mut rng)
+                Self::random_start(body, task, &mut rng)
             }
             None => Self::default_start(body, task),
         }
@@ -77,10 +77,9 @@ impl Environment {
     pub fn random_start(
         body: &Body,
         task: &TaskParameters,
-        speed_m_per_s: Option<[f64; 2]>,
         rng: &mut Xoshiro256PlusPlus,
     ) -> BodyState {
-        task.start.draw(body, speed_m_per_s, rng)
+        task.start.draw(body, rng)
     }
 
     /// The observation, in SI units.
@@ -473,7 +472,7 @@ impl EnvironmentBatch {
             episode.first_command
         } else {
             episode.held_periods = 0;
-            settings.command.draw(settings.omega_v, &mut episode.rng)
+            uniform(settings.omega_v, &mut episode.rng)
         };
         let base = self.body.parameters();
         let drawn = |r: &Randomization| r.draw(base, &mut episode.rng);
@@ -481,8 +480,7 @@ impl EnvironmentBatch {
         // A curriculum that was checked draws only bodies that can be; of any other the body itself remains.
         *own = episode.body().ok().flatten();
         let body = own.as_ref().unwrap_or(&self.body);
-        let speed = settings.start_speed_m_per_s;
-        let start = Environment::random_start(body, &self.task, speed, &mut episode.rng);
+        let start = Environment::random_start(body, &self.task, &mut episode.rng);
         *environment = Environment::new(body, start, omega_v);
         episode.ramp = Ramp::default();
         episode.first_command = omega_v;
@@ -570,7 +568,7 @@ impl Member {
         } else if rng.random::<f64>() < task.control_period_s / draw.redraw_interval_s {
             let longest = draw.redraw_ramp_s / task.control_period_s;
             *ramp = Ramp {
-                target: draw.draw(settings.omega_v, rng),
+                target: uniform(settings.omega_v, rng),
                 periods_left: ((longest * rng.random::<f64>()) as u32).saturating_add(1),
             };
         }

@@ -33,8 +33,8 @@ impl LearnerSettings {
         }
     }
 
-    /// The factor of the entropy bonus at a command, given the reward's own factor `scale`.
-    pub fn entropy_factor(&self, scale: f64, omega_v: f64) -> f64 {
-        scale / command_scale(self.entropy_command_divisor, omega_v)
+    /// The factor of the entropy bonus at a command.
+    pub fn entropy_factor(&self, omega_v: f64) -> f64 {
+        1.0 / command_scale(self.entropy_command_divisor, omega_v)
     }
 }

@@ -38,8 +38,6 @@ keyed_numbers! {
         /// Above 0, energy is expensive at low commands, which makes the walk slow and pendular, and cheap at
         /// high ones, where expensive energy keeps the learner from ever trying a flight phase.
         energy_command_divisor,
-        /// *Not in the paper.* The division above does not take `ω_E` below this, per J.
-        omega_e_floor,
         /// *Not in the paper.* Price of the actuators' positive work, the integral in (8), per J and unit of
         /// `max(ω_v, 0)`: a run that covers the same way with less work is worth more. |ΔE| does not see work
         /// that dampers take up at once.
@@ -62,8 +60,6 @@ keyed_numbers! {
         /// *Open in the conference paper.* The whole reward is divided by `1 + k max(ω_v, 0)`; this is
         /// `k`. 0 is the conference paper, 1 the journal version.
         command_divisor,
-        /// Constant factor of the reward. It and the entropy bonus scale together, so the optimum stays.
-        scale,
     }
     also {
         /// *Open.* Which reading of (6) the leg term follows.
@@ -84,14 +80,12 @@ impl Default for RewardParameters {
             c2: 1.0,
             c3: 0.5,
             energy_command_divisor: 0.0,
-            omega_e_floor: 0.0,
             omega_w: 0.0,
             energy_cap: 0.0,
             omega_f: 0.0,
             friction_command_divisor: 0.0,
             speed_limit_m_per_s: 0.0,
             command_divisor: 0.0,
-            scale: 1.0,
             leg_term: LegTerm::default(),
             extra: ExtraTerms::default(),
         }
@@ -100,22 +94,19 @@ impl Default for RewardParameters {
 
 impl RewardParameters {
     /// Whether a value is one for the key `name`, and what is.
-    fn range(name: &str, value: f64) -> (bool, &'static str) {
-        match name {
-            "scale" => (value > 0.0, "greater than 0"),
-            _ => (value >= 0.0, "0 or greater"),
-        }
+    fn range(_name: &str, value: f64) -> (bool, &'static str) {
+        (value >= 0.0, "0 or greater")
     }
 
-    /// The factor of the reward at a command: `scale / (1 + k max(ω_v, 0))`.
+    /// The factor of the reward at a command: `1 / (1 + k max(ω_v, 0))`.
     pub fn factor(&self, omega_v: f64) -> f64 {
-        self.scale / command_scale(self.command_divisor, omega_v)
+        1.0 / command_scale(self.command_divisor, omega_v)
     }
 
     /// Terms of the step that ended in `state`. The symmetry term and those of one's own are left at zero.
     pub fn terms(&self, state: &BodyState, energies: &StepEnergies, omega_v: f64) -> RewardTerms {
         let divisor = command_scale(self.energy_command_divisor, omega_v);
-        let omega_e = (self.omega_e / divisor).max(self.omega_e_floor.min(self.omega_e));
+        let omega_e = self.omega_e / divisor;
         let cap = if self.energy_cap > 0.0 {
             self.energy_cap * command_scale(4.0, omega_v)
         } else {

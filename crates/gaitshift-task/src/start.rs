@@ -52,22 +52,13 @@ impl StartParameters {
         )
     }
 
-    /// A start drawn from the ranges, that of the speed replaced where one is given, either leg in front.
-    pub(crate) fn draw(
-        &self,
-        body: &Body,
-        speed_m_per_s: Option<[f64; 2]>,
-        rng: &mut Xoshiro256PlusPlus,
-    ) -> BodyState {
+    /// A start drawn from the ranges, either leg in front.
+    pub(crate) fn draw(&self, body: &Body, rng: &mut Xoshiro256PlusPlus) -> BodyState {
         let mut vary = |middle: f64, half: f64| middle + half * (2.0 * rng.random::<f64>() - 1.0);
         let front = vary(self.front_leg_rad, self.leg_variation_rad);
         let rear = vary(self.rear_leg_rad, self.leg_variation_rad);
         let pitch = vary(0.0, self.pitch_variation_rad);
-        let [low, high] = speed_m_per_s.unwrap_or([
-            self.speed_m_per_s - self.speed_variation_m_per_s,
-            self.speed_m_per_s + self.speed_variation_m_per_s,
-        ]);
-        let speed = vary(0.5 * (low + high), 0.5 * (high - low));
+        let speed = vary(self.speed_m_per_s, self.speed_variation_m_per_s);
         let drop = 0.5 * vary(self.drop_variation_m, self.drop_variation_m);
         let state = start_state(body, [front, rear], pitch, speed, drop);
         if rng.random::<bool>() {

@@ -402,7 +402,7 @@ impl Setting {
         let start = match opening.state {
             Some(state) => state,
             None if opening.default_start => Environment::default_start(&self.body, &self.task),
-            None => Environment::random_start(&self.body, &self.task, None, rng),
+            None => Environment::random_start(&self.body, &self.task, rng),
         };
         let [low, high] = self.omega_v;
         let omega_v = match opening.omega_v {

@@ -12,13 +12,13 @@ const OWN: LearnerSettings = LearnerSettings {
 
 #[test]
 fn the_entropy_bonus_follows_the_command() {
-    assert_eq!(OWN.entropy_factor(0.5, 2.0), 0.5);
+    assert_eq!(OWN.entropy_factor(2.0), 1.0);
     let divided = LearnerSettings {
         entropy_command_divisor: 2.0,
         ..OWN
     };
-    assert_eq!(divided.entropy_factor(0.5, 2.0), 0.1);
-    assert_eq!(divided.entropy_factor(0.5, -0.5), 0.5);
+    assert_eq!(divided.entropy_factor(2.0), 0.2);
+    assert_eq!(divided.entropy_factor(-0.5), 1.0);
 }
 
 #[test]

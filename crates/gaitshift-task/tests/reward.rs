@@ -56,12 +56,6 @@ fn energy_can_be_cheaper_at_high_commands() {
     assert_eq!(energy(-0.5), -0.2 * 1.5);
     assert!((energy(3.0) + 0.02 * 1.5).abs() < 1e-15);
     let r = RewardParameters {
-        omega_e_floor: 0.05,
-        ..r.clone()
-    };
-    let t = r.terms(&moving(0.0, 0.0, 0.0), &energies(1.5, 0.0), 3.0);
-    assert!((t.energy + 0.05 * 1.5).abs() < 1e-15);
-    let r = RewardParameters {
         energy_cap: 0.9,
         ..RewardParameters::default()
     };
@@ -120,11 +114,10 @@ fn symmetry_is_the_squared_difference_of_the_actions() {
 fn the_factor_leaves_negative_commands_alone() {
     let r = RewardParameters {
         command_divisor: 2.0,
-        scale: 0.5,
         ..RewardParameters::default()
     };
-    assert_eq!(r.factor(-0.5), 0.5);
-    assert_eq!(r.factor(2.0), 0.1);
+    assert_eq!(r.factor(-0.5), 1.0);
+    assert_eq!(r.factor(2.0), 0.2);
 }
 
 #[test]

@@ -11,7 +11,7 @@ pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
 }
 
 /// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
-const GONE: [(&str, &str, &str); 17] = [
+const GONE: [(&str, &str, &str); 22] = [
     (
         "schedule",
         "symmetry",
@@ -29,6 +29,11 @@ const GONE: [(&str, &str, &str); 17] = [
     ("energy_reference_period_s", "", NO_GAIN),
     ("noise_correlation", "", NO_GAIN),
     ("actor_every", "", NO_GAIN),
+    ("focus", "", NO_GAIN),
+    ("focus_share", "", NO_GAIN),
+    ("omega_e_floor", "", NO_GAIN),
+    ("scale", "omega_e", NO_GAIN),
+    ("start_speed_m_per_s", "", NO_GAIN),
     ("mirror_loss_weight", "", NO_GAIN),
     ("loss", "replay", NO_GAIN),
     (

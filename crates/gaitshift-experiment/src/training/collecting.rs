@@ -124,7 +124,7 @@ impl Training {
             let diverged = outcome.ended.is_some_and(EndReason::is_failure);
             b.valid[i] = !diverged;
             b.rewards[i] = (outcome.terms.sum() * outcome.factor) as f32;
-            b.entropy_scales[i] = learner.entropy_factor(reward.scale, held) as f32;
+            b.entropy_scales[i] = learner.entropy_factor(held) as f32;
             b.terminated[i] = outcome.ended.is_some_and(EndReason::is_termination);
             // A command that changes within the episode cuts the transition off, and its value goes on
             // under the old command: what is learned for a command is what it is worth when held, as in

@@ -30,7 +30,6 @@ impl Training {
                 seed: self.experiment.seed,
                 environment_steps: self.counters.step,
                 updates: self.counters.updates,
-                averaged_evaluations: 1,
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 edits: self.edits.clone(),
             },
@@ -63,8 +62,7 @@ impl Training {
             c.accepted_after_s = Some(c.elapsed_s);
             controller.write(&self.folder.file("controller-accepted.safetensors"))?;
         }
-        let averaged = controller.provenance.averaged_evaluations;
-        logs.evaluation(c.step, c.elapsed_s, averaged, &judgement)?;
+        logs.evaluation(c.step, c.elapsed_s, &judgement)?;
         observer.evaluated(&self.progress(), &judgement, best);
         lap(&mut from, &mut self.counters.parts.evaluating_s);
         Ok(())

@@ -238,9 +238,8 @@ class Run:
 
     @property
     def evaluations(self) -> pandas.DataFrame:
-        """One row for each evaluation, indexed by ``step``: ``elapsed_s``, ``met``, ``criteria``, ``score``, ``accepted``,
-        ``averaged_evaluations``."""
-        names = ["step", "elapsed_s", "met", "criteria", "score", "accepted", "averaged_evaluations"]
+        """One row for each evaluation, indexed by ``step``: ``elapsed_s``, ``met``, ``criteria``, ``score``, ``accepted``."""
+        names = ["step", "elapsed_s", "met", "criteria", "score", "accepted"]
         rows = [{**line, "criteria": len(line["checks"])} for line in self._evaluations()]
         return _pandas().DataFrame(rows, columns=names).set_index("step")
 

@@ -251,7 +251,6 @@ impl Page {
             Text("experiment"),
             Number("seed"),
             Number("steps"),
-            Number("evaluations averaged"),
             Text("version"),
             Text("command"),
         ];
@@ -264,7 +263,6 @@ impl Page {
                     Escaped(&p.experiment).to_string(),
                     m.study.seed.to_string(),
                     p.environment_steps.to_string(),
-                    p.averaged_evaluations.to_string(),
                     Escaped(&p.version).to_string(),
                     format!("<code>{}</code>", Escaped(&p.command)),
                 ]
