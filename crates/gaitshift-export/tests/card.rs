@@ -1,7 +1,7 @@
 //! Contract: a card tells what the judgement measured, the controller's origin and what its body has of its own; a licence
 //! that would break its YAML header is refused.
 
-use gaitshift_body::Body;
+use gaitshift_body::{Body, BodyParameters};
 use gaitshift_experiment::{Controller, Criteria, Deterministic, Judgement, judge};
 use gaitshift_export::card;
 
@@ -15,6 +15,7 @@ fn judged(controller: &mut Controller) -> Judgement {
 #[test]
 fn it_tells_what_was_measured_and_where_it_comes_from() {
     let mut controller = Controller::shipped().unwrap();
+    controller.body = BodyParameters::default();
     let judgement = judged(&mut controller);
     let text = card(&controller, &judgement, "c.safetensors", Some("mit")).unwrap();
     assert!(text.starts_with("---\n") && text.contains("\nlicense: mit\n"));

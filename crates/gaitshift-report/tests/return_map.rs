@@ -55,13 +55,13 @@ fn the_walk_is_a_stable_fixed_point() {
         .unwrap()
         .expect("it walks");
     assert!(map.residual < 1e-6, "{map:?}");
-    assert!((1.5..2.0).contains(&map.stride_s), "{map:?}");
+    assert!((1.3..1.6).contains(&map.stride_s), "{map:?}");
     let largest = map.multiplier.unwrap();
     assert!((0.2..1.0).contains(&largest), "{map:?}");
     assert!((largest - map.decay.unwrap()).abs() < 0.05, "{map:?}");
-    // The commands that the body gets, held for 10 ms, are a little later: what they damp, they damp less.
-    let held = map.held.unwrap();
-    assert!(largest < held && held < 0.8, "{map:?}");
+    // A stride of its own length is no whole number of control periods: with commands held for 10 ms this walk comes back to no
+    // state exactly, and the map does not pretend that it does.
+    assert_eq!(map.held, None);
     // Two decades of widths agree, to either side too. A width of 1e-6 is that of rounding, and is there to show it.
     for differences in &map.differences[1..] {
         for from in [

@@ -7,8 +7,7 @@ mod common;
 use common::subject;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::recording::{COLUMNS, Column, Recording};
-use gaitshift_body::BodyParameters;
-use gaitshift_experiment::{CommandProfile, Deterministic, Rollout};
+use gaitshift_experiment::{CommandProfile, Controller, Deterministic, Rollout};
 use gaitshift_task::{Environment, RewardParameters};
 use gaitshift_view::Stage;
 
@@ -161,7 +160,8 @@ fn another_body_goes_on_in_the_same_state() {
         assert_eq!(stage.parameters(0), Some(&unchanged));
     }
     stage.change_body(&[]).unwrap();
-    assert_eq!(stage.parameters(0), Some(&BodyParameters::default()));
+    let own = Controller::shipped().unwrap().body;
+    assert_eq!(stage.parameters(0), Some(&own));
 }
 
 #[test]
