@@ -3,7 +3,7 @@
     gaitshift export mjcf --out biped.xml && gaitshift export onnx --out policy.onnx
     python crates/gaitshift-python/examples/walk_in_mujoco.py
 
-needs mujoco, numpy and onnxruntime, and nothing of ours but the two files. At `omega_v = 3.0` it runs.
+needs mujoco, numpy and onnxruntime, and nothing of ours but the two files. At `omega_v = 1.5` it runs.
 """
 
 import mujoco

@@ -42,9 +42,7 @@ def test_it_moves_as_the_program_does_to_the_bit(program, tmp_path, omega_v, see
             assert not truncated
             fell = recording.metadata["fell"] and row == recording.rows - 1
             assert terminated == fell
-            reward_factor = env.task["reward"]["scale"] / (
-                1.0 + env.task["reward"]["command_divisor"] * max(omega_v, 0.0)
-            )
+            reward_factor = 1.0 / (1.0 + env.task["reward"]["command_divisor"] * max(omega_v, 0.0))
             assert reward == reward_factor * recording["reward"][row]
         by_name = dict(zip(gaitshift.OBSERVATION_NAMES, observation))
         for name in observed:

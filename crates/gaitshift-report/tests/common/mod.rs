@@ -12,7 +12,7 @@ pub fn tiny() -> Plan {
     Plan {
         range: [0.0, 3.5, 0.5],
         steady_s: 12.0,
-        stairs: [0.6, 0.3, 9.0],
+        stairs: [0.6, 0.3, 15.0],
         starts: 2,
         starts_step: 0.3,
         trials: 2,

@@ -71,7 +71,7 @@ def test_a_push_makes_it_stumble_and_it_recovers(view, tab):
     x, y = box["x"] + 0.46 * box["width"], box["y"] + 0.4 * box["height"]
     page.mouse.move(x, y)
     page.mouse.down()
-    page.mouse.move(x + 45, y, steps=5)
+    page.mouse.move(x + 30, y, steps=5)
     page.mouse.up()
     wait_for_gait(page, "mixed")
     wait_for_gait(page, "walking")
@@ -135,7 +135,7 @@ def test_sliders_of_the_body_act_at_once(view, tab):
 
 def test_two_bipeds_side_by_side_share_the_slider(view, tab, tmp_path):
     heavy = tmp_path / "heavy.toml"
-    heavy.write_text("hip_mass_kg = 25.0\n")
+    heavy.write_text("hip_mass_kg = 22.0\n")
     page = tab(view("--body", heavy))
     wait_for_gait(page, "walking")
     page.check("#compare")
