@@ -2,6 +2,7 @@
 
 use crate::config::{ConfigError, Experiment, read};
 use crate::edits::edits;
+use gaitshift_task::Phase;
 use std::path::Path;
 
 /// An experiment, looked at before it runs.
@@ -44,24 +45,23 @@ impl Review {
 
 fn differences(before: &Experiment, after: &Experiment) -> Result<Vec<String>, ConfigError> {
     const PHASES: &str = "curriculum.phases";
-    let names = |e: &Experiment| -> Vec<String> {
-        e.curriculum.phases.iter().map(|p| p.name.clone()).collect()
-    };
-    let same_phases = names(before) == names(after);
+    let phases = &after.curriculum.phases;
+    let same_phases =
+        (before.curriculum.phases.iter().map(|p| &p.name)).eq(phases.iter().map(|p| &p.name));
     let mut differences = Vec::new();
     for mut edit in edits(before, after)? {
-        if edit.key == "name" {
-            continue;
-        }
-        if let Some(within) = edit.key.strip_prefix(PHASES) {
-            if !same_phases {
-                continue;
-            }
+        match edit.key.strip_prefix(PHASES) {
+            None if edit.key == "name" => continue,
+            None => {}
+            Some(_) if !same_phases => continue,
             // A phase by its name, as `--set` takes it, instead of its place in the list.
-            for (index, name) in names(after).iter().enumerate() {
-                if let Some(key) = within.strip_prefix(&format!("[{index}]")) {
-                    edit.key = format!("{PHASES}.{name}{key}");
-                    break;
+            Some(within) => {
+                let key = |(index, phase): (usize, &Phase)| {
+                    let key = within.strip_prefix(&format!("[{index}]"))?;
+                    Some(format!("{PHASES}.{}{key}", phase.name))
+                };
+                if let Some(key) = phases.iter().enumerate().find_map(key) {
+                    edit.key = key;
                 }
             }
         }

@@ -31,6 +31,11 @@ impl Controller {
         FILES.iter().map(|(name, _)| *name)
     }
 
+    /// Whether a path is the name of a controller that comes with the program, see [`Controller::names`].
+    pub fn is_name(path: &Path) -> bool {
+        Self::of_name(path).is_some()
+    }
+
     /// The file of a controller that comes with the program, if `path` is the name of one, whatever the working directory
     /// holds: a path looks like one, as `./robust` does.
     pub(crate) fn of_name(path: &Path) -> Option<&'static [u8]> {

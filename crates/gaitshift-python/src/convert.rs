@@ -95,7 +95,7 @@ pub fn body_and_task(
 
 /// Reads a controller file.
 pub fn read_controller(path: &Path) -> PyResult<Controller> {
-    if Controller::names().any(|name| path.as_os_str() == name) {
+    if Controller::is_name(path) {
         return Controller::read(path).map_err(value_error);
     }
     let path = &Controller::file_of(path);

@@ -48,8 +48,7 @@ impl Subject {
             );
         }
         let mut subject = Self::new(name, controller, None)?;
-        let named = Controller::names().any(|name| path.as_os_str() == name);
-        if !named && path.join("config.toml").is_file() {
+        if !Controller::is_name(path) && path.join("config.toml").is_file() {
             let run = RunName::read(path).map_err(|cause| bad(cause.to_string()))?;
             subject.name = format!("{}, seed {}", run.name, run.seed);
             (subject.group, subject.seed) = (run.name, run.seed);

@@ -135,7 +135,7 @@ impl Watched {
         })
     }
 
-    fn subject(&self) -> Option<Message> {
+    fn bipeds(&self) -> Option<Message> {
         let Inner { name, body, .. } = &*self.shared;
         text(&BipedsMessage {
             epoch: self.state().epoch,
@@ -157,7 +157,7 @@ impl Watched {
     pub(crate) async fn serve(&self, socket: WebSocket) {
         let (mut sink, mut stream) = socket.split();
         let mut motion = self.shared.sender.subscribe();
-        let mut next = self.subject();
+        let mut next = self.bipeds();
         loop {
             if let Some(message) = next.take() {
                 match timeout(SEND_TIMEOUT, sink.send(message)).await {
