@@ -32,10 +32,9 @@ pub enum Symmetry {
     /// The reward term (7) with the action taken as `π(s_t)`, against the mirrored policy's mean: the critics see what
     /// an action costs that leaves the mirror image.
     Action,
-    /// Half of every batch is replaced by its mirror image.
+    /// Half of every batch is replaced by its mirror image, and the controller is the mean of the actor and its mirror
+    /// image.
     Replay,
-    /// Actor and critics commute with the mirror: left and right are equal by construction.
-    Network,
 }
 
 /// Everything about training that is neither the task's nor the learner's.

@@ -96,19 +96,12 @@ pub fn task_mirror() -> Mirror {
     Mirror {
         observation: OBSERVATION_MIRROR.iter().map(|&i| (i, 1.0)).collect(),
         action: ACTION_MIRROR.iter().map(|&i| (i, 1.0)).collect(),
-        networks: false,
     }
 }
 
-/// The mirror by which the learner replaces half of every batch, or with which its networks commute, where the experiment
-/// asks for that.
+/// The mirror by which the learner replaces half of every batch, where the experiment asks for that.
 fn learner_mirror(experiment: &Experiment) -> Option<Mirror> {
-    let networks = experiment.training.symmetry == Symmetry::Network;
-    let asked = networks || experiment.training.symmetry == Symmetry::Replay;
-    asked.then(|| Mirror {
-        networks,
-        ..task_mirror()
-    })
+    (experiment.training.symmetry == Symmetry::Replay).then(task_mirror)
 }
 
 impl Training {
@@ -318,7 +311,7 @@ impl Training {
         let walk = if file.exists() {
             Controller::read(&file)?
         } else {
-            self.controller()
+            self.controller()?
         };
         let (step, mut policy) = (walk.provenance.environment_steps, walk.policy);
         let (body, e) = (self.batch.body(), &self.experiment);

@@ -256,6 +256,11 @@ fn a_key_that_went_elsewhere_is_answered_by_where() {
             "loss",
             "no longer exists",
         ),
+        (
+            "[training]\nsymmetry = \"network\"\n",
+            "network",
+            "no longer exists",
+        ),
     ] {
         let error = Experiment::parse(text, "mine.toml")
             .unwrap_err()

@@ -1,11 +1,10 @@
 //! Contract: `f_sym` (7) enters the stored reward either with the policy's mean actions or with the action that was taken,
-//! against the mirrored policy's mean, weighted by `ω_s`; the rest of the reward is the same. With `"network"` the controller
-//! of a mirrored state gives the mirrored action, also after a run that was stopped and resumed, which ends in the bits of the
-//! other.
+//! against the mirrored policy's mean, weighted by `ω_s`; the rest of the reward is the same. With `"replay"` the controller
+//! of a mirrored state gives the mirrored action, which layer normalisation in the actor does not allow.
 
 mod common;
 use common::{Until, file, unevaluated};
-use gaitshift_experiment::{Symmetry, Training};
+use gaitshift_experiment::{Controller, Symmetry, Training};
 use gaitshift_sac::Agent;
 use gaitshift_task::{
     ACTION_MIRROR, ACTION_SIZE, OBSERVATION_MIRROR, OBSERVATION_SIZE, RewardParameters,
@@ -74,39 +73,46 @@ fn the_symmetry_term_of_means_and_of_actions_taken() {
 }
 
 #[test]
-fn networks_that_commute_do_so_to_the_end_of_a_resumed_run() {
+fn mirrored_batches_give_a_controller_that_commutes() {
     let root = tempfile::tempdir().unwrap();
-    let whole = root.path().join("whole");
-    let resumed = root.path().join("resumed");
-    let mut experiment = unevaluated();
-    experiment.training.symmetry = Symmetry::Network;
-    Training::new(experiment.clone(), &whole, "test")
-        .unwrap()
-        .run(&mut Until::default())
-        .unwrap();
-    Training::new(experiment, &resumed, "test")
-        .unwrap()
-        .run(&mut Until::step(3000))
-        .unwrap();
-    let mut second = Training::resume(&resumed).unwrap();
-    second.run(&mut Until::default()).unwrap();
-    let agent = "checkpoint/agent.safetensors";
-    assert!(file(&whole, agent) == file(&resumed, agent));
-
-    let mut agent = Agent::load(&resumed.join(agent)).unwrap();
-    assert!(agent.updates() > 0);
-    let mut largest: f32 = 0.0;
-    for seed in 0..50 {
-        let o: [f32; OBSERVATION_SIZE] =
-            std::array::from_fn(|k| ((seed * OBSERVATION_SIZE + k) as f32 * 1.7).sin());
-        let image: [f32; OBSERVATION_SIZE] = std::array::from_fn(|k| o[OBSERVATION_MIRROR[k]]);
-        let (mut action, mut of_image) = ([0.0; ACTION_SIZE], [0.0; ACTION_SIZE]);
-        agent.act_deterministic(&o, &mut action).unwrap();
-        agent.act_deterministic(&image, &mut of_image).unwrap();
-        for (index, source) in ACTION_MIRROR.into_iter().enumerate() {
-            assert!((of_image[index] - action[source]).abs() < 1e-5);
+    // The greatest difference between the action of a mirrored state and the mirrored action.
+    let largest = |symmetry: Symmetry, name: &str| {
+        let mut experiment = unevaluated();
+        experiment.training.symmetry = symmetry;
+        let folder = root.path().join(name);
+        Training::new(experiment, &folder, "test")
+            .unwrap()
+            .run(&mut Until::default())
+            .unwrap();
+        let mut controller = Controller::read(&folder.join("controller-last.safetensors")).unwrap();
+        let (mut asymmetry, mut turn): (f32, f32) = (0.0, 0.0);
+        for seed in 0..50 {
+            let o: [f32; OBSERVATION_SIZE] =
+                std::array::from_fn(|k| ((seed * OBSERVATION_SIZE + k) as f32 * 1.7).sin());
+            let image: [f32; OBSERVATION_SIZE] = std::array::from_fn(|k| o[OBSERVATION_MIRROR[k]]);
+            let (mut action, mut of_image) = ([0.0; ACTION_SIZE], [0.0; ACTION_SIZE]);
+            controller.policy.mean_action(&o, &mut action).unwrap();
+            controller
+                .policy
+                .mean_action(&image, &mut of_image)
+                .unwrap();
+            for (index, source) in ACTION_MIRROR.into_iter().enumerate() {
+                asymmetry = asymmetry.max((of_image[index] - action[source]).abs());
+            }
+            turn = turn.max((action[0] - action[1]).abs());
         }
-        largest = largest.max((action[0] - action[1]).abs());
-    }
-    assert!(largest > 0.01, "{largest}");
+        assert!(turn > 0.01, "{turn}");
+        asymmetry
+    };
+    assert!(largest(Symmetry::Replay, "replay") < 1e-5);
+    assert!(largest(Symmetry::None, "none") > 0.01);
+
+    let mut experiment = unevaluated();
+    experiment.training.symmetry = Symmetry::Replay;
+    experiment.learner.actor_layer_norm = true;
+    let error = Training::new(experiment, &root.path().join("normed"), "test").unwrap_err();
+    assert!(
+        error.to_string().contains("learner.actor_layer_norm"),
+        "{error}"
+    );
 }

@@ -38,7 +38,7 @@
 //!
 //! # Which file uses which
 //! `real` ← `simd` ← `product` ← `dense`, `pattern` ← `sparse`; on them `layout` ← `mlp` ← `forward` ← `backward`, with
-//! `layer_norm`, `output_layer` and `sums`; `sync` ← `gate`, `disjoint` ← `workers`; `mlp` ← `ties`; `adam` and all of them ← `optimiser`. No
+//! `layer_norm`, `output_layer` and `sums`; `sync` ← `gate`, `disjoint` ← `workers`; `adam` and all of them ← `optimiser`. No
 //! file uses one further on.
 
 pub mod adam;
@@ -61,7 +61,6 @@ pub mod simd;
 pub mod sparse;
 mod sums;
 mod sync;
-mod ties;
 mod workers;
 
 pub use backward::{Deltas, Transposed};
@@ -75,5 +74,4 @@ pub use pattern::Pattern;
 pub use prefetch::prefetch;
 pub use real::Real;
 pub use simd::Scalar;
-pub use ties::Tie;
 pub use workers::{Finished, Workers};

@@ -6,7 +6,6 @@ use crate::buffer::Buffer;
 use crate::layout::NamedTensor;
 use crate::mlp::Mlp;
 use crate::simd::Scalar;
-use crate::ties::{self, Tie};
 use crate::workers::Workers;
 
 /// Parameters that a task takes at a time: all its operands fit the first-level cache.
@@ -27,8 +26,6 @@ pub struct Trained<T> {
     pub second_moment: Buffer<T>,
     /// Adam steps made.
     pub steps: u64,
-    /// Parameters that stay equal; none but after [`Trained::tie`].
-    pub(crate) ties: Vec<Tie>,
 }
 
 impl<T: Scalar> Trained<T> {
@@ -40,7 +37,6 @@ impl<T: Scalar> Trained<T> {
             first_moment: network.zeros_like(),
             second_moment: network.zeros_like(),
             steps: 0,
-            ties: Vec::new(),
             network,
         }
     }
@@ -48,13 +44,6 @@ impl<T: Scalar> Trained<T> {
     /// Gradient of the last update, before clipping, as named tensors.
     pub fn gradient(&self) -> Vec<NamedTensor<T>> {
         self.network.tensors_of(&self.gradient)
-    }
-
-    /// Makes the network obey the ties, from the first of each pair, and every later step keep them.
-    pub fn tie(&mut self, ties: Vec<Tie>) {
-        ties::copy(&ties, &mut self.network.parameters);
-        self.ties = ties;
-        self.refresh();
     }
 
     /// Recomputes the copies that the backward pass reads, after the parameters changed.
@@ -82,8 +71,8 @@ pub struct Optimiser {
 }
 
 impl Optimiser {
-    /// Sums the gradient of each of the networks, which are of one size, from its parts, in their order, and averages it over
-    /// the network's ties. Gives the norms of the gradients.
+    /// Sums the gradient of each of the networks, which are of one size, from its parts, in their order. Gives the norms of
+    /// the gradients.
     pub fn sum<T: Scalar, P: AsRef<[T]> + Sync, const NETWORKS: usize>(
         &mut self,
         workers: &mut Workers,
@@ -93,18 +82,10 @@ impl Optimiser {
         let gradients = networks
             .each_mut()
             .map(|network| [&mut network.gradient[..]]);
-        let mut norms =
-            self.for_each_range(workers, gradients, |network, from, [gradient], square| {
-                add_up(parts[network], from, gradient);
-                *square = adam::sum_of_squares(gradient).to_f64();
-            });
-        for (network, norm) in networks.into_iter().zip(&mut norms) {
-            if !network.ties.is_empty() {
-                ties::average(&network.ties, &mut network.gradient);
-                *norm = adam::sum_of_squares(&network.gradient).to_f64().sqrt();
-            }
-        }
-        norms
+        self.for_each_range(workers, gradients, |network, from, [gradient], square| {
+            add_up(parts[network], from, gradient);
+            *square = adam::sum_of_squares(gradient).to_f64();
+        })
     }
 
     /// Does as [`Optimiser::sum`], moves the parameters along the gradients, and the followers behind them. Gives the norms
@@ -116,19 +97,15 @@ impl Optimiser {
         parts: [&[P]; NETWORKS],
         step: Step<'_, T, NETWORKS>,
     ) -> [f64; NETWORKS] {
-        // Clipping needs the norm of the whole gradient before the first parameter moves, and a tie both of its gradients;
-        // otherwise each range of parameters is summed up and moved while the cache holds it.
-        let whole = step.max_norm.is_some() || networks.iter().any(|n| !n.ties.is_empty());
-        let summed = whole.then(|| {
+        // Clipping needs the norm of the whole gradient before the first parameter moves; otherwise each range of parameters
+        // is summed up and moved while the cache holds it.
+        let clipped = step.max_norm.map(|max_norm| {
             let networks = networks.each_mut().map(|network| &mut **network);
-            self.sum(workers, networks, parts)
+            let norms = self.sum(workers, networks, parts);
+            let scales = norms.map(|norm| T::from_f64((max_norm / (norm + 1e-6)).min(1.0)));
+            (norms, scales)
         });
-        let scales = match (step.max_norm, summed) {
-            (Some(max_norm), Some(norms)) => {
-                norms.map(|norm| T::from_f64((max_norm / (norm + 1e-6)).min(1.0)))
-            }
-            _ => [T::ONE; NETWORKS],
-        };
+        let scales = clipped.map_or([T::ONE; NETWORKS], |(_, scales)| scales);
         let steps = networks.each_mut().map(|network| {
             network.steps += 1;
             AdamStep::new(network.steps, step.learning_rate)
@@ -157,7 +134,7 @@ impl Optimiser {
              from,
              [gradient, parameters, first_moment, second_moment, follower],
              square| {
-                if summed.is_none() {
+                if clipped.is_none() {
                     add_up(parts[network], from, gradient);
                     *square = adam::sum_of_squares(gradient).to_f64();
                 }
@@ -172,7 +149,7 @@ impl Optimiser {
                 adam::follow(rates[network], parameters, follower);
             },
         );
-        summed.unwrap_or(norms)
+        clipped.map_or(norms, |(norms, _)| norms)
     }
 
     /// Runs a task for each range of the networks' slices; gives the roots of the sums of what it left for each network.

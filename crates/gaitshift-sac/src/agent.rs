@@ -5,7 +5,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::config::{SIZE_MAX, SacConfig, Temperature, require};
 use crate::error::SacError;
-use crate::learner::{Learner, Noise, UpdateStats, tie_actor};
+use crate::learner::{Learner, Noise, UpdateStats};
 use crate::mirror::Mirror;
 use crate::policy::{Policy, PolicyScratch};
 use crate::random::{fill_normal, streams};
@@ -43,7 +43,7 @@ pub struct Agent {
 
 impl Agent {
     /// A new agent for observations and actions of the given sizes; actions lie in \[−1, 1\]. With a mirror, half of
-    /// every batch is replaced by its mirror image, or the networks commute with it.
+    /// every batch is replaced by its mirror image.
     ///
     /// # Errors
     /// When a setting is outside its range, or the mirror is none of these sizes.
@@ -92,7 +92,7 @@ impl Agent {
         self.learner.action_size
     }
 
-    /// The mirror by which half of every batch is replaced, or with which the networks commute, if any.
+    /// The mirror by which half of every batch is replaced, if any.
     pub fn mirror(&self) -> Option<&Mirror> {
         self.learner.mirror.as_deref()
     }
@@ -168,9 +168,6 @@ impl Agent {
             "of the layers of the policy to start from",
         )?;
         self.learner.actor = Trained::new(network.clone());
-        if let Some(mirror) = self.learner.mirror.as_deref().filter(|m| m.networks) {
-            tie_actor(&mut self.learner.actor, mirror);
-        }
         if let Some(average) = &mut self.learner.average {
             average.clone_from(&self.learner.actor.network);
         }
@@ -301,13 +298,12 @@ impl Agent {
         )?;
         let config = &self.learner.config;
         let mirror = self.learner.mirror.clone();
-        let mirror = mirror.as_deref().filter(|mirror| !mirror.networks);
         let half = config.batch_size.div_ceil(2);
         let sampling = Sampling {
             n_step: config.n_step,
             gamma: config.gamma,
             alpha: self.learner.temperature.alpha,
-            mirrored: mirror.map(|mirror| (mirror, half)),
+            mirrored: mirror.as_deref().map(|mirror| (mirror, half)),
         };
         replay.draw(&mut self.streams.sampling, &mut self.slots)?;
         for noise in &mut self.noise {
@@ -319,7 +315,7 @@ impl Agent {
             let half = self.learner.rehearsed_rows() / 2;
             rehearsal.draw(
                 &mut self.streams.sampling,
-                mirror.map(|mirror| (mirror, half)),
+                mirror.as_deref().map(|mirror| (mirror, half)),
                 &mut self.learner.rehearsed,
             );
         }

@@ -120,15 +120,8 @@ impl<T: Scalar> Learner<T> {
             mirror.validate(observation_size, action_size)?;
         }
         let actor = Mlp::random(actor_shape(&config, sizes), rng);
-        let mut critics =
-            [0, 1].map(|_| Trained::new(Mlp::random(critic_shape(&config, sizes), rng)));
-        let mut actor = Trained::new(actor);
-        if let Some(mirror) = mirror.as_ref().filter(|mirror| mirror.networks) {
-            tie_actor(&mut actor, mirror);
-            for critic in &mut critics {
-                critic.tie(critic.network.ties(&mirror.critic_inputs(), &[(0, 1.0)]));
-            }
-        }
+        let critics = [0, 1].map(|_| Trained::new(Mlp::random(critic_shape(&config, sizes), rng)));
+        let actor = Trained::new(actor);
         let targets = [critics[0].network.clone(), critics[1].network.clone()];
         let average = (config.actor_average_decay > 0.0).then(|| actor.network.clone());
         let alpha = match config.temperature {
@@ -234,14 +227,6 @@ impl<T: Scalar> Learner<T> {
     pub fn updates(&self) -> u64 {
         self.updates
     }
-}
-
-/// Makes an actor commute with a mirror.
-pub(crate) fn tie_actor<T: Scalar>(actor: &mut Trained<T>, mirror: &Mirror) {
-    let ties = actor
-        .network
-        .ties(&mirror.observation, &mirror.actor_outputs());
-    actor.tie(ties);
 }
 
 /// Numbers per observation and per action that a learner takes.

@@ -13,10 +13,6 @@ pub struct Mirror {
     pub observation: Vec<(usize, f32)>,
     /// (source index, sign) for each action.
     pub action: Vec<(usize, f32)>,
-    /// Networks that commute with the mirror, actions π(M s) = M π(s) and values Q(M s, M a) = Q(s, a), instead of
-    /// mirrored transitions.
-    #[serde(default)]
-    pub networks: bool,
 }
 
 impl Mirror {
@@ -26,14 +22,6 @@ impl Mirror {
         let spreads = self.action.iter();
         let spreads = spreads.map(|&(source, _)| (count + source, 1.0));
         self.action.iter().copied().chain(spreads).collect()
-    }
-
-    /// Inputs of a critic: observation and action.
-    pub(crate) fn critic_inputs(&self) -> Vec<(usize, f32)> {
-        let count = self.observation.len();
-        let actions = self.action.iter();
-        let actions = actions.map(|&(source, sign)| (count + source, sign));
-        self.observation.iter().copied().chain(actions).collect()
     }
 
     /// # Errors

@@ -1,11 +1,15 @@
 //! The actor alone: what a controller needs.
 
+use std::iter;
+
 use gaitshift_nn::{Activations, Mlp, MlpShape, NamedTensor};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+use crate::config::require;
 use crate::error::SacError;
 use crate::gaussian;
 use crate::losses::CHUNK;
+use crate::mirror::Mirror;
 use crate::random::fill_normal;
 use crate::replay::length;
 
@@ -138,6 +142,76 @@ impl Policy {
     /// means, then the logarithms of the deviations.
     pub fn tensors(&self) -> Vec<NamedTensor<f32>> {
         self.network.tensors()
+    }
+
+    /// The mean of this policy and its mirror image, `(f(o) + M f(M o)) / 2` for the outputs `f` before the tanh: a policy
+    /// that commutes with the mirror up to rounding. Every hidden layer has twice the units, its halves unconnected.
+    ///
+    /// # Errors
+    /// With layer normalisation, which would be over all units instead of each half.
+    pub fn mean_with_mirror_image(&self, mirror: &Mirror) -> Result<Self, SacError> {
+        let shape = self.shape();
+        require(
+            !shape.layer_norm,
+            "actor_layer_norm",
+            &shape.layer_norm,
+            "false for a mean of the actor and its mirror image",
+        )?;
+        let (inputs, outputs) = (&mirror.observation, mirror.actor_outputs());
+        let last = shape.hidden.len();
+        let doubled = |(index, tensor): (usize, &NamedTensor<f32>)| {
+            // Weights and biases by turns, one pair per layer.
+            let (layer, is_bias) = (index / 2, index % 2 == 1);
+            let columns = if is_bias { 1 } else { tensor.shape[1] };
+            let rows = || tensor.values.chunks(columns);
+            let mut values = Vec::with_capacity(4 * tensor.values.len());
+            if layer == last {
+                for (row, &(source, sign)) in rows().zip(&outputs) {
+                    let image = &tensor.values[source * columns..][..columns];
+                    if is_bias {
+                        values.push(0.5 * (row[0] + sign * image[0]));
+                    } else {
+                        values.extend(row.iter().map(|w| 0.5 * w));
+                        values.extend(image.iter().map(|w| 0.5 * sign * w));
+                    }
+                }
+            } else if is_bias {
+                values.extend_from_slice(&tensor.values);
+                values.extend_from_slice(&tensor.values);
+            } else if layer == 0 {
+                values.extend_from_slice(&tensor.values);
+                // Each weight goes where its observation's mirror image stands.
+                for row in rows() {
+                    values.extend(inputs.iter().map(|&(source, sign)| sign * row[source]));
+                }
+            } else {
+                let nothing = || iter::repeat_n(0.0, columns);
+                for row in rows() {
+                    values.extend(row.iter().copied().chain(nothing()));
+                }
+                for row in rows() {
+                    values.extend(nothing().chain(row.iter().copied()));
+                }
+            }
+            values
+        };
+        let doubled_shape = MlpShape {
+            hidden: shape.hidden.iter().map(|units| 2 * units).collect(),
+            ..shape.clone()
+        };
+        let values = self.tensors();
+        let values = values.iter().enumerate().map(doubled);
+        let tensors = doubled_shape.tensors().into_iter().zip(values);
+        let tensors: Vec<_> = tensors
+            .map(|((name, shape), values)| NamedTensor {
+                name,
+                shape,
+                values,
+            })
+            .collect();
+        let mut network = Mlp::zeros(doubled_shape);
+        network.load_tensors(&tensors);
+        Ok(Self::new(network))
     }
 
     /// Sizes of the network; it has two outputs per action.

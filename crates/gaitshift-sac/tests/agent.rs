@@ -45,7 +45,6 @@ fn mirror() -> Mirror {
     Mirror {
         observation: vec![(1, 1.0), (0, 1.0), (2, -1.0)],
         action: vec![(1, 1.0), (0, 1.0)],
-        networks: false,
     }
 }
 

@@ -28,7 +28,6 @@ fn mirror() -> Mirror {
     Mirror {
         observation: vec![(0, 1.0), (2, 1.0), (1, 1.0), (3, -1.0), (4, 1.0)],
         action: vec![(1, 1.0), (0, 1.0), (2, -1.0)],
-        networks: false,
     }
 }
 

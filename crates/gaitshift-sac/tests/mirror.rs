@@ -8,7 +8,6 @@ fn twice_is_identity() {
     let mirror = Mirror {
         observation: map.to_vec(),
         action: vec![(0, 1.0)],
-        networks: false,
     };
     mirror.validate(4, 1).unwrap();
     let original = [1.0f32, 2.0, -3.0, 4.0];
@@ -32,7 +31,6 @@ fn what_is_no_mirror_is_refused() {
         let mirror = Mirror {
             observation: map.clone(),
             action: vec![(0, 1.0)],
-            networks: false,
         };
         let error = mirror.validate(2, 1).unwrap_err();
         assert!(matches!(

@@ -1,7 +1,8 @@
 //! A policy is the actor alone: rebuilt from its tensors it acts alike, rows do not influence each other, its
-//! log-probabilities are those of the density its actions follow, and tensors that do not fit are refused by name.
+//! log-probabilities are those of the density its actions follow, and tensors that do not fit are refused by name. The mean
+//! of a policy and its mirror image commutes with the mirror.
 
-use gaitshift_sac::{Agent, MlpShape, Policy, PolicyError, SacConfig, streams};
+use gaitshift_sac::{Agent, Mirror, MlpShape, Policy, PolicyError, SacConfig, reflect, streams};
 
 fn agent(layer_norm: bool) -> Agent {
     let config = SacConfig {
@@ -136,4 +137,42 @@ fn tensors_that_do_not_fit_are_refused() {
             Err(PolicyError::Shape { .. })
         ));
     }
+}
+
+#[test]
+fn mean_with_the_mirror_image() {
+    let mirror = Mirror {
+        observation: vec![(1, 1.0), (0, 1.0), (2, -1.0)],
+        action: vec![(1, 1.0), (0, 1.0)],
+    };
+    let mut policy = agent(false).policy();
+    let mut mean = policy.mean_with_mirror_image(&mirror).unwrap();
+    assert_eq!(mean.shape().hidden, [60, 48]);
+    let (mut furthest, mut asymmetry): (f32, f32) = (0.0, 0.0);
+    for observation in observations(50).chunks(3) {
+        let mut image = [0.0; 3];
+        reflect(&mirror.observation, observation, &mut image);
+        let act = |policy: &mut Policy, observation: &[f32]| {
+            let mut action = [0.0; 2];
+            policy.mean_action(observation, &mut action).unwrap();
+            action
+        };
+        let own = act(&mut policy, observation);
+        let of_image = act(&mut policy, &image);
+        let found = act(&mut mean, observation);
+        let found_of_image = act(&mut mean, &image);
+        for (i, source) in [(0, 1), (1, 0)] {
+            let expected = 0.5 * (own[i].atanh() + of_image[source].atanh());
+            assert!((found[i].atanh() - expected).abs() < 1e-5);
+            assert!((found_of_image[source] - found[i]).abs() < 1e-6);
+            asymmetry = asymmetry.max((of_image[source] - own[i]).abs());
+            furthest = furthest.max((found[i] - own[i]).abs());
+        }
+    }
+    assert!(
+        furthest > 0.01 && asymmetry > 0.01,
+        "{furthest} {asymmetry}"
+    );
+    let error = agent(true).policy().mean_with_mirror_image(&mirror);
+    assert!(error.unwrap_err().to_string().contains("actor_layer_norm"));
 }

@@ -68,7 +68,6 @@ fn it_is_mirrored_where_batches_are() {
     let mirror = Mirror {
         observation: vec![(0, -1.0)],
         action: vec![(0, -1.0)],
-        networks: false,
     };
     let remembered = Rehearsal::new(1, 1, vec![1.0], vec![-0.7]).unwrap();
     let [image, kept] = learn(100.0, Some(remembered), Some(mirror));

@@ -255,7 +255,6 @@ fn mirrored_rows_are_mirror_images() {
     let mirror = Mirror {
         observation: vec![(1, 1.0), (0, 1.0)],
         action: vec![(0, -1.0)],
-        networks: false,
     };
     let slots = [1, 2, 3, 4, 5];
     let (mut batch, mut image) = (Batch::zeros(5, 2, 1), Batch::zeros(5, 2, 1));

@@ -63,6 +63,13 @@ impl Experiment {
                  \"fixed\""
             )));
         }
+        if t.symmetry == Symmetry::Replay && self.learner.actor_layer_norm {
+            return Err(value_error(
+                "`training.symmetry` is \"replay\", whose controller is the mean of the actor and its mirror image; that \
+                 needs `learner.actor_layer_norm = false`"
+                    .to_owned(),
+            ));
+        }
         let countable = |steps: u64| (1..=1_000_000_000_000_000).contains(&steps);
         let ranges = [
             (
@@ -115,20 +122,12 @@ impl Experiment {
     /// What can be trained but is probably not meant, a sentence each, as far as body and task alone show.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.body.warnings();
-        let cause = match self.training.symmetry {
-            Symmetry::Replay => Some(
-                "`training.symmetry = \"replay\"` half of every batch is mirrored, but not its reward and its end",
-            ),
-            Symmetry::Network => Some(
-                "`training.symmetry = \"network\"` a state and its mirror image have one value",
-            ),
-            Symmetry::None | Symmetry::Reward | Symmetry::Action => None,
-        };
-        if let Some(cause) = cause {
+        if self.training.symmetry == Symmetry::Replay {
             for (key, text) in self.task.asymmetric_expressions() {
                 warnings.push(format!(
-                    "`{key}` tells left from right: {text}. With {cause}, so that what is learned is the mean of the \
-                     expression and of its mirror image; `training.symmetry = \"none\"` learns it as it stands"
+                    "`{key}` tells left from right: {text}. With `training.symmetry = \"replay\"` half of every batch is \
+                     mirrored, but not its reward and its end, so that what is learned is the mean of the expression and of \
+                     its mirror image; `training.symmetry = \"none\"` learns it as it stands"
                 ));
             }
         }

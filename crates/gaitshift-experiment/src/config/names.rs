@@ -11,7 +11,7 @@ pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
 }
 
 /// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
-const GONE: [(&str, &str, &str); 22] = [
+const GONE: [(&str, &str, &str); 23] = [
     (
         "schedule",
         "symmetry",
@@ -36,6 +36,7 @@ const GONE: [(&str, &str, &str); 22] = [
     ("start_speed_m_per_s", "", NO_GAIN),
     ("mirror_loss_weight", "", NO_GAIN),
     ("loss", "replay", NO_GAIN),
+    ("network", "replay", NO_GAIN),
     (
         "mirrored_fraction",
         "",

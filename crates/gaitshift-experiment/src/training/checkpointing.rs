@@ -155,7 +155,7 @@ impl Training {
         };
         folder.write_json(&folder.pending(STATE), &state)?;
         folder.commit_checkpoint()?;
-        self.controller()
+        self.controller()?
             .write(&folder.file("controller-last.safetensors"))?;
         lap(&mut from, &mut self.counters.parts.checkpointing_s);
         Ok(())

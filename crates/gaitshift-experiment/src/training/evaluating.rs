@@ -3,25 +3,30 @@
 use super::counting::lap;
 use super::{Observer, Training, WALK_FILE};
 use crate::acceptance::{Judgement, judge};
+use crate::config::Symmetry;
 use crate::controller::{Controller, Deterministic};
 use crate::provenance::Provenance;
 use crate::rehearsal::best_walk;
 use crate::run_folder::{Logs, TrainingError};
-use gaitshift_sac::Policy;
+use gaitshift_sac::{Policy, SacError};
 use std::time::Instant;
 
 impl Training {
-    /// The policy that is judged and shipped: the averaged one where there is one.
-    fn policy(&self) -> Policy {
-        self.agent
-            .averaged_policy()
-            .unwrap_or_else(|| self.agent.policy())
+    /// The policy that is judged and kept: the averaged one where there is one, and its mean with its mirror image where
+    /// what was learned is mirrored.
+    fn policy(&self) -> Result<Policy, SacError> {
+        let policy = self.agent.averaged_policy();
+        let policy = policy.unwrap_or_else(|| self.agent.policy());
+        match self.experiment.training.symmetry {
+            Symmetry::Replay => policy.mean_with_mirror_image(&self.mirror),
+            _ => Ok(policy),
+        }
     }
 
     /// The controller so far, with where it comes from.
-    pub(super) fn controller(&self) -> Controller {
-        Controller {
-            policy: self.policy(),
+    pub(super) fn controller(&self) -> Result<Controller, SacError> {
+        Ok(Controller {
+            policy: self.policy()?,
             body: self.experiment.body.clone(),
             task: self.experiment.task.clone(),
             provenance: Provenance {
@@ -33,7 +38,7 @@ impl Training {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 edits: self.edits.clone(),
             },
-        }
+        })
     }
 
     /// Judges the controller and keeps the best.
@@ -43,7 +48,7 @@ impl Training {
         logs: &mut Logs,
     ) -> Result<(), TrainingError> {
         let mut from = Instant::now();
-        let mut controller = self.controller();
+        let mut controller = self.controller()?;
         let judgement = self.judge(&mut controller.policy)?;
         controller.write(&self.folder.evaluated(self.counters.step)?)?;
         self.keep_best_walk(&mut controller)?;
