@@ -13,11 +13,11 @@ type Row = (u64, f64, f64, f64, f64, f64, [f64; 4]);
 
 /// `fast` at the start, middle and end of its phases.
 const COURSE: [Row; 8] = [
-    (0, 3e-4, 0.2, 200.0, 0.0, 0.0, [0.06, 2.0, 0.0, 0.0]),
+    (0, 3e-4, 0.2, 200.0, 0.0, 0.0, [0.2, 2.0, 0.0, 0.0]),
     (500_000, 3e-4, 0.2, 200.0, 0.0, 0.0, [0.2, 2.0, 0.0, 0.0]),
-    (3_000_000, 3e-4, 0.2, 200.0, 0.0, 0.0, [0.2, 2.0, 0.0, 0.0]),
+    (6_500_000, 3e-4, 0.2, 200.0, 0.0, 0.0, [0.2, 2.0, 0.0, 0.0]),
     (
-        3_500_000,
+        7_000_000,
         1.75e-4,
         0.125,
         200.0,
@@ -25,10 +25,10 @@ const COURSE: [Row; 8] = [
         0.0,
         [0.2, 2.0, 0.0, 0.0],
     ),
-    (4_000_000, 3e-4, 0.2, 50.0, 10.0, 1.0, [0.2, 0.5, 0.0, 0.9]),
-    (6_250_000, 3e-4, 0.2, 50.0, 10.0, 1.0, [0.2, 0.5, 0.1, 0.9]),
+    (7_500_000, 3e-4, 0.2, 50.0, 10.0, 1.0, [0.2, 0.5, 0.0, 0.9]),
+    (9_750_000, 3e-4, 0.2, 50.0, 10.0, 1.0, [0.2, 0.5, 0.1, 0.9]),
     (
-        9_500_000,
+        13_000_000,
         1.6e-4,
         0.2,
         50.0,
@@ -36,14 +36,14 @@ const COURSE: [Row; 8] = [
         1.0,
         [0.2, 0.5, 0.2, 0.9],
     ),
-    (10_500_000, 2e-5, 0.2, 50.0, 10.0, 1.0, [0.2, 0.5, 0.2, 0.9]),
+    (14_000_000, 2e-5, 0.2, 50.0, 10.0, 1.0, [0.2, 0.5, 0.2, 0.9]),
 ];
 
 #[test]
 fn fast_has_the_course_that_it_says() {
     let fast = Experiment::recipe("fast").unwrap();
-    assert_eq!(fast.curriculum.total_steps(), 10_500_000);
-    assert_eq!(fast.curriculum.rehearsal_start(), Some(4_000_000));
+    assert_eq!(fast.curriculum.total_steps(), 14_000_000);
+    assert_eq!(fast.curriculum.rehearsal_start(), Some(7_500_000));
     for (step, rate, alpha, horizon, rehearsal, divisor, prices) in COURSE {
         let s = fast.learner_at(step);
         let r = fast.curriculum.at(step, &fast.task.reward).reward;
