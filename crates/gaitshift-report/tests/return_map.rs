@@ -59,8 +59,7 @@ fn the_walk_is_a_stable_fixed_point() {
     let largest = map.multiplier.unwrap();
     assert!((0.2..1.0).contains(&largest), "{map:?}");
     assert!((largest - map.decay.unwrap()).abs() < 0.05, "{map:?}");
-    // A stride of its own length is no whole number of control periods: with commands held for 10 ms this walk comes back to no
-    // state exactly, and the map does not pretend that it does.
+    // With commands held for 10 ms the search ends without a fixed point of this walk, so there is no multiplier to give.
     assert_eq!(map.held, None);
     // Two decades of widths agree, to either side too. A width of 1e-6 is that of rounding, and is there to show it.
     for differences in &map.differences[1..] {
