@@ -119,9 +119,8 @@ impl<T: Scalar> Learner<T> {
         if let Some(mirror) = &mirror {
             mirror.validate(observation_size, action_size)?;
         }
-        let actor = Mlp::random(actor_shape(&config, sizes), rng);
+        let actor = Trained::new(Mlp::random(actor_shape(&config, sizes), rng));
         let critics = [0, 1].map(|_| Trained::new(Mlp::random(critic_shape(&config, sizes), rng)));
-        let actor = Trained::new(actor);
         let targets = [critics[0].network.clone(), critics[1].network.clone()];
         let average = (config.actor_average_decay > 0.0).then(|| actor.network.clone());
         let alpha = match config.temperature {

@@ -9,7 +9,7 @@ use crate::config::require;
 use crate::error::SacError;
 use crate::gaussian;
 use crate::losses::CHUNK;
-use crate::mirror::Mirror;
+use crate::mirror::{Mirror, reflect};
 use crate::random::fill_normal;
 use crate::replay::length;
 
@@ -157,56 +157,53 @@ impl Policy {
             &shape.layer_norm,
             "false for a mean of the actor and its mirror image",
         )?;
-        let (inputs, outputs) = (&mirror.observation, mirror.actor_outputs());
-        let last = shape.hidden.len();
-        let doubled = |(index, tensor): (usize, &NamedTensor<f32>)| {
-            // Weights and biases by turns, one pair per layer.
-            let (layer, is_bias) = (index / 2, index % 2 == 1);
-            let columns = if is_bias { 1 } else { tensor.shape[1] };
-            let rows = || tensor.values.chunks(columns);
-            let mut values = Vec::with_capacity(4 * tensor.values.len());
-            if layer == last {
-                for (row, &(source, sign)) in rows().zip(&outputs) {
-                    let image = &tensor.values[source * columns..][..columns];
-                    if is_bias {
-                        values.push(0.5 * (row[0] + sign * image[0]));
-                    } else {
-                        values.extend(row.iter().map(|w| 0.5 * w));
-                        values.extend(image.iter().map(|w| 0.5 * sign * w));
+        let outputs = mirror.actor_outputs();
+        let doubled = |tensor: &NamedTensor<f32>| -> Vec<f32> {
+            let values = &tensor.values;
+            let columns = tensor.shape.get(1).copied().unwrap_or(1);
+            let rows = || values.chunks(columns);
+            let nothing = || iter::repeat_n(0.0, columns);
+            match tensor.name.as_str() {
+                "output.weight" => rows()
+                    .zip(&outputs)
+                    .flat_map(|(row, &(source, sign))| {
+                        let image = &values[source * columns..][..columns];
+                        let image = image.iter().map(move |w| 0.5 * sign * w);
+                        row.iter().map(|w| 0.5 * w).chain(image)
+                    })
+                    .collect(),
+                "output.bias" => {
+                    let mut image = vec![0.0; values.len()];
+                    reflect(&outputs, values, &mut image);
+                    let pairs = values.iter().zip(&image);
+                    pairs.map(|(own, image)| 0.5 * (own + image)).collect()
+                }
+                "layers.0.weight" => {
+                    let mut images = vec![0.0; values.len()];
+                    for (row, image) in rows().zip(images.chunks_mut(columns)) {
+                        reflect(&mirror.observation, row, image);
                     }
+                    [&values[..], &images].concat()
                 }
-            } else if is_bias {
-                values.extend_from_slice(&tensor.values);
-                values.extend_from_slice(&tensor.values);
-            } else if layer == 0 {
-                values.extend_from_slice(&tensor.values);
-                // Each weight goes where its observation's mirror image stands.
-                for row in rows() {
-                    values.extend(inputs.iter().map(|&(source, sign)| sign * row[source]));
-                }
-            } else {
-                let nothing = || iter::repeat_n(0.0, columns);
-                for row in rows() {
-                    values.extend(row.iter().copied().chain(nothing()));
-                }
-                for row in rows() {
-                    values.extend(nothing().chain(row.iter().copied()));
+                name if name.ends_with(".bias") => values.repeat(2),
+                _ => {
+                    let upper = rows().flat_map(|row| row.iter().copied().chain(nothing()));
+                    let lower = rows().flat_map(|row| nothing().chain(row.iter().copied()));
+                    upper.chain(lower).collect()
                 }
             }
-            values
         };
         let doubled_shape = MlpShape {
             hidden: shape.hidden.iter().map(|units| 2 * units).collect(),
             ..shape.clone()
         };
-        let values = self.tensors();
-        let values = values.iter().enumerate().map(doubled);
-        let tensors = doubled_shape.tensors().into_iter().zip(values);
-        let tensors: Vec<_> = tensors
-            .map(|((name, shape), values)| NamedTensor {
+        let shapes = doubled_shape.tensors().into_iter();
+        let tensors: Vec<_> = shapes
+            .zip(&self.tensors())
+            .map(|((name, shape), tensor)| NamedTensor {
                 name,
                 shape,
-                values,
+                values: doubled(tensor),
             })
             .collect();
         let mut network = Mlp::zeros(doubled_shape);

@@ -1,5 +1,5 @@
 //! Contract: a new learner's targets are copies of its critics, which differ from each other, and its average one of the actor;
-//! sizes are those asked for; a setting that needs a mirror is refused without one; the number of threads
+//! sizes are those asked for; a mirror of other sizes is refused; the number of threads
 //! can be changed within its range, and no other setting with it.
 
 use gaitshift_nn::Mlp;

@@ -3,7 +3,6 @@
 use super::counting::lap;
 use super::{Observer, Training, WALK_FILE};
 use crate::acceptance::{Judgement, judge};
-use crate::config::Symmetry;
 use crate::controller::{Controller, Deterministic};
 use crate::provenance::Provenance;
 use crate::rehearsal::best_walk;
@@ -17,9 +16,9 @@ impl Training {
     fn policy(&self) -> Result<Policy, SacError> {
         let policy = self.agent.averaged_policy();
         let policy = policy.unwrap_or_else(|| self.agent.policy());
-        match self.experiment.training.symmetry {
-            Symmetry::Replay => policy.mean_with_mirror_image(&self.mirror),
-            _ => Ok(policy),
+        match self.agent.mirror() {
+            Some(mirror) => policy.mean_with_mirror_image(mirror),
+            None => Ok(policy),
         }
     }
 
