@@ -51,11 +51,11 @@ def test_a_reward_term_of_ones_own_has_its_curve_on_the_live_page(view, tab, pro
     training = [program, "train", "fast", "--steps", "2000", "--set", term, "--out", folder]
     subprocess.run(training, check=True, capture_output=True)
     page = tab(view("--controller", folder / "controller-last.safetensors"))
-    # Kept at once: the untrained controller falls soon, and the stage begins anew.
+    # Kept at once, and early: an untrained controller falls within 0.2 s, and the stage begins anew.
     columns = "({ height: [...bipeds[0].track.column.reward_height], z: [...bipeds[0].track.column.z] })"
-    until(page, f"bipeds.length && bipeds[0].track.last > 0.2 && (window.kept = {columns})")
+    until(page, f"bipeds.length && bipeds[0].track.column.z.length > 5 && (window.kept = {columns})")
     kept = page.evaluate("window.kept")
-    assert len(kept["height"]) > 10 and all(0.5 < height < 3 for height in kept["height"][1:])
+    assert len(kept["height"]) > 5 and all(0.5 < height < 3 for height in kept["height"][1:])
     # The other columns are where they were.
     assert all(0.3 < z < 1.5 for z in kept["z"])
 
