@@ -21,28 +21,28 @@ const ENVIRONMENTS: usize = 32;
 /// What is forgotten before a fall, in s: nothing there is worth imitating.
 const BEFORE_FALL_S: f64 = 1.0;
 
-/// Shifts of the command that are tried on a walk: this many either way, this far apart.
-const SHIFTS: i32 = 14;
-const SHIFT: f64 = 0.025;
-/// So many shifts next to each other have to be good, for the one in the middle to be chosen.
+/// Commands that are tried on a walk: this many either way of the one at which it is asked for, this far apart.
+const TRIED: i32 = 28;
+const APART: f64 = 0.0125;
+/// What a walk should have to spare of Froude number, on either side: the walks that were learned from one were up to 0.01
+/// faster.
+const FROUDE_ROOM: f64 = 0.015;
+/// How much the commands next to it count, this many in all, beside a walk itself.
 const AROUND: usize = 5;
-/// What a walk should have to spare of Froude number, upwards, and of correlation: the walks that were learned from one were
-/// a little faster.
-const FROUDE_ROOM: f64 = 0.02;
-const CORRELATION_ROOM: f64 = 0.05;
+const AROUND_SHARE: f64 = 0.1;
 /// Where the command stands in an observation.
 const COMMAND: usize = OBSERVATION_SIZE - 1;
 
-/// A policy that is told another command than it is given: `ω_v + shift`.
-struct Shifted<'a> {
+/// A policy that is told one command whatever it is given.
+struct Told<'a> {
     policy: &'a mut Policy,
-    shift: f64,
+    omega_v: f64,
 }
 
-impl Control for Shifted<'_> {
+impl Control for Told<'_> {
     fn act(&mut self, observation: &[f32; OBSERVATION_SIZE], action: &mut [f32; ACTION_SIZE]) {
         let mut told = *observation;
-        told[COMMAND] += self.shift as f32 * OBSERVATION_SCALE[COMMAND];
+        told[COMMAND] = scaled(self.omega_v);
         // Sizes are those of every policy of this program.
         if self.policy.mean_action(&told, action).is_err() {
             action.fill(0.0);
@@ -50,11 +50,16 @@ impl Control for Shifted<'_> {
     }
 }
 
-/// How good a walk is at the command at which `asked` asks for one, and the shift of the command that makes it so: a learner
-/// left to itself finds the walk that pays best, whose speed differs from seed to seed. The score is that
-/// of the walking criteria with some room to spare, since a walk is imitated only roughly, as a mean over five commands
-/// around: speed can change steeply with the command, and at the edge of standing nothing is safe to imitate. Nothing
-/// where no walk is asked for.
+/// A command as the policy observes it.
+fn scaled(omega_v: f64) -> f32 {
+    omega_v as f32 * OBSERVATION_SCALE[COMMAND]
+}
+
+/// How good the walk of a policy is at its best, and the command that it has to be told for it: a learner left to itself
+/// finds the walk that pays best, whose speed differs from seed to seed. The score is that of the walking
+/// criteria of `asked` with some room to spare in speed, since a walk is imitated only roughly. Of walks that are as good,
+/// the one whose neighbours are: speed can change steeply with the command, and the edge of standing is near. Nothing where no
+/// walk is asked for.
 ///
 /// # Errors
 /// A recording that refuses a row.
@@ -77,24 +82,25 @@ pub fn best_walk(
         slowest_froude_max: with_room(asked.slowest_froude_max, -FROUDE_ROOM),
         fastest_froude_min: 0.0,
         gaits: vec![AskedGait {
+            froude_min: with_room(walk.froude_min, FROUDE_ROOM),
             froude_max: with_room(walk.froude_max, -FROUDE_ROOM),
-            correlation: with_room(walk.correlation, CORRELATION_ROOM),
             ..walk.clone()
         }],
         changes: Vec::new(),
     };
     let mut walks = Vec::new();
-    for k in -SHIFTS..=SHIFTS {
-        let shift = SHIFT * f64::from(k);
-        let mut control = Shifted { policy, shift };
+    for k in -TRIED..=TRIED {
+        let omega_v = walk.omega_v + APART * f64::from(k);
+        let mut control = Told { policy, omega_v };
         let judgement = judge(body, task, &criteria, &mut control)?;
-        walks.push((shift, judgement.score()));
+        walks.push((omega_v, judgement.score()));
     }
     for around in walks.windows(AROUND) {
-        let (shift, _) = around[AROUND / 2];
-        let score = around.iter().map(|(_, score)| score).sum::<f64>() / AROUND as f64;
+        let (omega_v, own) = around[AROUND / 2];
+        let mean = around.iter().map(|(_, score)| score).sum::<f64>() / AROUND as f64;
+        let score = (own + AROUND_SHARE * mean) / (1.0 + AROUND_SHARE);
         if score > best.0 {
-            best = (score, shift);
+            best = (score, omega_v);
         }
     }
     Ok(best)
@@ -146,8 +152,8 @@ impl RehearsalParameters {
     }
 
     /// Lets `policy` act, with its own exploration, so that its answers to small disturbances are
-    /// remembered too; what is remembered of an action is its mean. It is told its command plus `shift`,
-    /// and remembered under the command itself. Nothing if it falls so often that nothing is left.
+    /// remembered too; what is remembered of an action is its mean. It is told the command `told`,
+    /// and remembered under those of [`omega_v`](Self::omega_v). Nothing if it falls so often that nothing is left.
     ///
     /// # Errors
     /// When the policy is none for this task.
@@ -157,10 +163,9 @@ impl RehearsalParameters {
         body: &Body,
         task: &TaskParameters,
         settings: &PhaseSettings,
-        shift: f64,
+        told: f64,
         seed: u64,
     ) -> Result<Option<Rehearsal>, SacError> {
-        let shift = shift as f32 * OBSERVATION_SCALE[COMMAND];
         let settings = PhaseSettings {
             omega_v: self.omega_v,
             ..settings.clone()
@@ -192,7 +197,7 @@ impl RehearsalParameters {
             for (i, out) in observations.chunks_exact_mut(OBSERVATION_SIZE).enumerate() {
                 let omega_v = batch.environment(i).omega_v;
                 scale_observation(&batch.observation(i, omega_v), out);
-                out[COMMAND] += shift;
+                out[COMMAND] = scaled(told);
             }
             policy.sample(&observations, &mut rng, &mut actions, &mut log_probs)?;
             policy.mean_action(&observations, &mut means)?;
@@ -200,7 +205,7 @@ impl RehearsalParameters {
                 let row = i * OBSERVATION_SIZE..(i + 1) * OBSERVATION_SIZE;
                 episode.0.extend_from_slice(&observations[row]);
                 if let Some(command) = episode.0.last_mut() {
-                    *command -= shift;
+                    *command = scaled(batch.environment(i).omega_v);
                 }
                 let row = i * ACTION_SIZE..(i + 1) * ACTION_SIZE;
                 episode.1.extend_from_slice(&means[row.clone()]);

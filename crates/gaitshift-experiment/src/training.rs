@@ -315,12 +315,12 @@ impl Training {
         };
         let (step, mut policy) = (walk.provenance.environment_steps, walk.policy);
         let (body, e) = (self.batch.body(), &self.experiment);
-        let (score, shift) = best_walk(&mut policy, body, &e.task, &e.criteria)
+        let (score, told) = best_walk(&mut policy, body, &e.task, &e.criteria)
             .map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))?;
         let rehearsal =
             e.training
                 .rehearsal
-                .collect(&mut policy, body, &e.task, settings, shift, e.seed)?;
+                .collect(&mut policy, body, &e.task, settings, told, e.seed)?;
         let Some(rehearsal) = rehearsal else {
             return Ok(format!(
                 "no walk to rehearse: the best so far, of step {step}, always falls at once"
@@ -329,8 +329,8 @@ impl Training {
         let states = rehearsal.rows();
         self.agent.rehearse(rehearsal, e.training.rehearsal.rows)?;
         Ok(format!(
-            "rehearsing the walk of step {step} from here on: {states} states, command shifted by {shift:+.3}, \
-             score {score:.1}"
+            "rehearsing the walk of step {step} from here on: {states} states, as it is at ω_v = {told:.4}, \
+             score {score:.2}"
         ))
     }
 
