@@ -109,13 +109,12 @@ def main():
         "gaitshift, make_vec, 1 environment": (vector, make_vec(name, num_envs=1)),
         "gaitshift, make_vec, 16 environments": (vector, make_vec(name, num_envs=16)),
         f"gaitshift, make_vec, 64 environments, {arguments.threads} threads": (
-            vector, make_vec(name, num_envs=64, threads=arguments.threads)
+            vector,
+            make_vec(name, num_envs=64, threads=arguments.threads),
         ),
         "MuJoCo, the same step": (single, MujocoBiped()),
         "MuJoCo, 1 ms, implicitfast": (single, MujocoBiped(1e-3)),
-        "MuJoCo, the same step, SyncVectorEnv, 16 environments": (
-            vector, gymnasium.vector.SyncVectorEnv([MujocoBiped] * 16)
-        ),
+        "MuJoCo, the same step, SyncVectorEnv, 16 environments": (vector, gymnasium.vector.SyncVectorEnv([MujocoBiped] * 16)),
     }
     found = {case: [] for case in cases}
     for _ in range(arguments.rounds):
