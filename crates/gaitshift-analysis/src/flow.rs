@@ -2,20 +2,23 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::finite;
+use crate::ratio;
 use crate::recording::{Detail, Recording, Side, Window, column, detail};
 use crate::support::{FootEventKind, Support};
 
-/// Energy per stride in J, right and left leg.
+/// Energy per step in J, right and left leg.
 pub type PerLeg = [f64; 2];
 
-/// What gives and takes energy over a window of whole strides, mean over the strides, in J per stride.
+/// What gives and takes energy over a window of whole strides, mean over its steps, in J per step.
+///
+/// A step lasts from a touchdown to the next of either foot, so two make a stride of a walk or a run. Steps are counted rather
+/// than strides because a limp may land one foot more often than the other, and then its strides depend on which foot is asked.
 ///
 /// `None` where the recording lacks the details. Sums are those of the integration steps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EnergyFlow {
-    /// Strides in the window.
-    pub strides: usize,
+    /// Steps in the window, of either foot.
+    pub steps: usize,
     /// Positive work of the actuators: the integral of (8).
     pub actuators: PerLeg,
     /// Negative work of the actuators, as an amount.
@@ -45,57 +48,57 @@ pub struct EnergyFlow {
 impl EnergyFlow {
     /// The flow over a window of whole strides ([`crate::steps::whole_strides`]).
     pub fn find(recording: &Recording, support: &Support, strides: Window) -> Option<Self> {
-        let first = support.touchdowns(strides).next()?.side;
-        let count = support
-            .touchdowns(strides)
-            .filter(|t| t.side == first)
-            .count()
-            - 1;
-        let per_stride = |pair: [Detail; 2]| -> Option<PerLeg> {
-            let [right, left] = pair.map(|detail| {
-                finite(strides.detail_change(recording, detail)? / count.max(1) as f64)
-            });
+        let steps = support.touchdowns(strides).count().checked_sub(1)?;
+        let per_step = |pair: [Detail; 2]| -> Option<PerLeg> {
+            let [right, left] =
+                pair.map(|detail| ratio(strides.detail_change(recording, detail)?, steps as f64));
             Some([right?, left?])
         };
-        let actuators = per_stride(detail::ACTUATOR_POSITIVE_WORK_J)?;
-        let net = per_stride(detail::ACTUATOR_WORK_J)?;
+        let actuators = per_step(detail::ACTUATOR_POSITIVE_WORK_J)?;
+        let net = per_step(detail::ACTUATOR_WORK_J)?;
         Some(Self {
-            strides: count,
+            steps,
             actuators,
             actuators_negative: [actuators[0] - net[0], actuators[1] - net[1]],
-            leg_springs: per_stride(detail::LEG_SPRING_RELEASE_J)?,
-            hip_springs: per_stride(detail::HIP_SPRING_RELEASE_J)?,
-            stops: per_stride(detail::STOP_RELEASE_J)?,
-            contact: per_stride(detail::CONTACT_RELEASE_J)?,
-            hip_damper_loss: per_stride(detail::HIP_DAMPER_DISSIPATION_J)?,
-            c1_loss: per_stride(detail::C1_DISSIPATION_J)?,
-            c2_loss: per_stride(detail::C2_DISSIPATION_J)?,
-            stop_loss: per_stride(detail::STOP_DISSIPATION_J)?,
-            normal_contact_loss: per_stride(detail::NORMAL_CONTACT_DISSIPATION_J)?,
-            friction_loss: per_stride(detail::FRICTION_DISSIPATION_J)?,
+            leg_springs: per_step(detail::LEG_SPRING_RELEASE_J)?,
+            hip_springs: per_step(detail::HIP_SPRING_RELEASE_J)?,
+            stops: per_step(detail::STOP_RELEASE_J)?,
+            contact: per_step(detail::CONTACT_RELEASE_J)?,
+            hip_damper_loss: per_step(detail::HIP_DAMPER_DISSIPATION_J)?,
+            c1_loss: per_step(detail::C1_DISSIPATION_J)?,
+            c2_loss: per_step(detail::C2_DISSIPATION_J)?,
+            stop_loss: per_step(detail::STOP_DISSIPATION_J)?,
+            normal_contact_loss: per_step(detail::NORMAL_CONTACT_DISSIPATION_J)?,
+            friction_loss: per_step(detail::FRICTION_DISSIPATION_J)?,
         })
     }
 
-    /// What gives energy to the motion, by name, both legs.
-    pub fn sources(&self) -> [(&'static str, PerLeg); 5] {
-        [
-            ("actuators", self.actuators),
-            ("leg springs", self.leg_springs),
-            ("hip springs", self.hip_springs),
-            ("end stops", self.stops),
-            ("ground contact", self.contact),
-        ]
+    /// What puts energy into the motion, by name, both legs.
+    pub fn given(&self) -> [(&'static str, PerLeg); 1] {
+        [("actuators", self.actuators)]
     }
 
-    /// What takes energy out of the body for good, by name, both legs; the actuators' negative work is not among it.
-    pub fn losses(&self) -> [(&'static str, PerLeg); 6] {
+    /// What takes energy out of it, by name, both legs: as much as is given, but for what the body and its springs hold more at
+    /// the end of the window than at its beginning.
+    pub fn taken(&self) -> [(&'static str, PerLeg); 7] {
         [
+            ("braking actuators", self.actuators_negative),
             ("damper c1", self.c1_loss),
             ("damper c2", self.c2_loss),
             ("hip dampers", self.hip_damper_loss),
             ("end stops", self.stop_loss),
-            ("contact, normal", self.normal_contact_loss),
+            ("ground contact", self.normal_contact_loss),
             ("friction", self.friction_loss),
+        ]
+    }
+
+    /// What elastic elements took up before and give back, by name, both legs.
+    pub fn returned(&self) -> [(&'static str, PerLeg); 4] {
+        [
+            ("leg springs", self.leg_springs),
+            ("hip springs", self.hip_springs),
+            ("end stops", self.stops),
+            ("ground contact", self.contact),
         ]
     }
 }
@@ -133,7 +136,7 @@ pub fn share_at_stop(recording: &Recording, window: Window) -> Option<f64> {
     let both = |pair: [Detail; 2]| -> Option<f64> {
         Some(window.detail_change(recording, pair[0])? + window.detail_change(recording, pair[1])?)
     };
-    crate::ratio(
+    ratio(
         both(detail::ACTUATOR_IMPULSE_AT_STOP_N_S)?,
         both(detail::ACTUATOR_IMPULSE_N_S)?,
     )
@@ -191,5 +194,5 @@ pub fn losses_after_touchdown(
             soon_j += lost_j;
         }
     }
-    crate::ratio(soon_j, all_j)
+    ratio(soon_j, all_j)
 }

@@ -153,8 +153,8 @@ pub struct GaitSummary {
     pub no_foot_touching: Option<f64>,
     /// Share of the losses within 50 ms after a touchdown, in [0, 1].
     pub losses_soon_after_touchdown: Option<f64>,
-    /// Work and losses by element and leg, J per stride.
-    pub energy_flow: Option<EnergyFlow>,
+    /// Work and losses by element and leg, J per step.
+    pub energy_per_step: Option<EnergyFlow>,
 }
 
 /// How long after a touchdown a loss counts as the impact's, s.
@@ -295,7 +295,7 @@ pub fn summarise_window(
         losses_soon_after_touchdown: strides.and_then(|strides| {
             losses_after_touchdown(recording, support, strides, SOON_AFTER_TOUCHDOWN_S)
         }),
-        energy_flow: strides.and_then(|strides| EnergyFlow::find(recording, support, strides)),
+        energy_per_step: strides.and_then(|strides| EnergyFlow::find(recording, support, strides)),
     }
 }
 

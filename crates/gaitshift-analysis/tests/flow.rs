@@ -1,4 +1,4 @@
-//! Contract: work and losses per stride are what a leg's elements were given, divided by the strides; peaks are the means of
+//! Contract: work and losses per step are what a leg's elements were given, divided by the steps of either foot; peaks are the means of
 //! the greatest force of each stance; a recording without details has none of it.
 
 mod common;
@@ -55,13 +55,13 @@ fn detailed(power: impl Fn(Detail) -> f64, impact_n: [f64; 2]) -> Recording {
 }
 
 #[test]
-fn energy_per_stride_is_power_times_the_strides_time() {
+fn energy_per_step_is_power_times_the_steps_time() {
     let recording = detailed(|detail| 2.0 + detail.index() as f64, [900.0, 900.0]);
     let support = Support::find(&recording, &ContactRule::default());
     let window = recording.window(5.0, 20.0).unwrap();
     let strides = whole_strides(&support, window).unwrap();
     let flow = EnergyFlow::find(&recording, &support, strides).expect("details");
-    // A stride of the walk lasts 1 s, so the J of a stride are the W given.
+    // A step of the walk lasts 0.5 s, so the J of a step are half of the W given.
     let watts = |detail: Detail| 2.0 + detail.index() as f64;
     for (pair, of) in [
         (flow.actuators, detail::ACTUATOR_POSITIVE_WORK_J),
@@ -70,14 +70,14 @@ fn energy_per_stride_is_power_times_the_strides_time() {
         (flow.c2_loss, detail::C2_DISSIPATION_J),
         (flow.friction_loss, detail::FRICTION_DISSIPATION_J),
     ] {
-        close(Some(pair[0]), watts(of[0]));
-        close(Some(pair[1]), watts(of[1]));
+        close(Some(pair[0]), 0.5 * watts(of[0]));
+        close(Some(pair[1]), 0.5 * watts(of[1]));
     }
-    let net = watts(detail::ACTUATOR_WORK_J[0]);
+    let net = 0.5 * watts(detail::ACTUATOR_WORK_J[0]);
     close(Some(flow.actuators_negative[0]), flow.actuators[0] - net);
     assert_eq!(
-        flow.strides,
-        strides.duration_s(&recording).round() as usize
+        flow.steps,
+        (strides.duration_s(&recording) / 0.5).round() as usize
     );
     let [at_stop, all] = [
         detail::ACTUATOR_IMPULSE_AT_STOP_N_S,
@@ -85,6 +85,85 @@ fn energy_per_stride_is_power_times_the_strides_time() {
     ]
     .map(|pair| watts(pair[0]) + watts(pair[1]));
     close(share_at_stop(&recording, window), at_stop / all);
+}
+
+// The energy of a window was divided by the touchdowns of whichever foot lands first in it. Of a limp that lands the right foot
+// twice and the left once, the energy of a "stride" was twice as much in a window that begins with the left as in one that begins
+// with the right.
+#[test]
+fn the_energy_of_a_limps_step_does_not_depend_on_the_foot_that_lands_first() {
+    let step_s = 0.3;
+    let plain = common::record(20.0, |time_s| {
+        let since_s = time_s.rem_euclid(3.0 * step_s);
+        let down = |touchdown_s: f64| (touchdown_s..touchdown_s + 0.2).contains(&since_s);
+        common::Frame {
+            x_m: time_s,
+            contact: [down(0.0) || down(step_s), down(2.0 * step_s)],
+            ..common::Frame::default()
+        }
+    });
+    let watts = 7.0;
+    let mut recording = Recording::new(plain.metadata.clone());
+    for row in 0..plain.len() {
+        let mut values: Vec<f64> = plain
+            .every_column()
+            .map(|(_, series)| series[row])
+            .collect();
+        let time_s = plain.column(column::TIME_S)[row];
+        values.extend(DETAILS.iter().map(|_| watts * time_s));
+        recording.push_row(&values).expect("valid");
+    }
+    let support = Support::find(&recording, &ContactRule::default());
+    // The first touchdown of each window: of the right foot, of the right again, of the left.
+    for (from_s, side) in [(8.9, Side::Right), (9.2, Side::Right), (9.5, Side::Left)] {
+        let window = recording.window(from_s, 20.0).unwrap();
+        assert_eq!(support.touchdowns(window).next().unwrap().side, side);
+        let strides = whole_strides(&support, window).unwrap();
+        let flow = EnergyFlow::find(&recording, &support, strides).expect("details");
+        for pair in [flow.actuators, flow.leg_springs, flow.friction_loss] {
+            for joules in pair {
+                let expected = watts * step_s;
+                assert!(
+                    (joules - expected).abs() < 0.01,
+                    "{joules} is not {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_given_is_what_is_taken_where_the_account_balances() {
+    // 100 W net are given, 60 more are taken back by the actuators themselves, and six losses take the rest.
+    let recording = detailed(
+        |detail| match detail {
+            d if detail::ACTUATOR_POSITIVE_WORK_J.contains(&d) => 160.0,
+            d if detail::ACTUATOR_WORK_J.contains(&d) => 100.0,
+            d if [
+                detail::HIP_DAMPER_DISSIPATION_J,
+                detail::C1_DISSIPATION_J,
+                detail::C2_DISSIPATION_J,
+                detail::STOP_DISSIPATION_J,
+                detail::NORMAL_CONTACT_DISSIPATION_J,
+            ]
+            .concat()
+            .contains(&d) =>
+            {
+                15.0
+            }
+            d if detail::FRICTION_DISSIPATION_J.contains(&d) => 25.0,
+            _ => 3.0,
+        },
+        [0.0, 0.0],
+    );
+    let support = Support::find(&recording, &ContactRule::default());
+    let strides = whole_strides(&support, recording.window(5.0, 20.0).unwrap()).unwrap();
+    let flow = EnergyFlow::find(&recording, &support, strides).expect("details");
+    let sum = |parts: &[(&str, [f64; 2])]| parts.iter().map(|(_, pair)| pair[0] + pair[1]).sum();
+    close(Some(sum(&flow.given())), 160.0);
+    close(Some(sum(&flow.taken())), 160.0);
+    // What goes in and out of the springs is no part of it.
+    close(Some(sum(&flow.returned())), 4.0 * 3.0);
 }
 
 #[test]
@@ -123,7 +202,7 @@ fn losses_soon_after_touchdown_are_told_apart() {
 #[test]
 fn without_details_there_is_none_of_it() {
     let summary = summarise(&Gait::WALK.record(20.0), &AnalysisOptions::default());
-    assert_eq!(summary.energy_flow, None);
+    assert_eq!(summary.energy_per_step, None);
     assert_eq!(summary.energy_recovery, None);
     assert_eq!(summary.peak_force_left_body_weights, None);
     assert_eq!(summary.both_feet_touching, None);

@@ -6,6 +6,7 @@ mod forces;
 mod ground;
 mod motions;
 mod panels;
+mod seeds;
 mod stairs;
 mod training;
 
@@ -29,7 +30,9 @@ pub(crate) struct Shown {
 /// The figures over all subjects, each with the episodes of its training.
 pub(crate) fn of_all(runs: &[(&Study, &Episodes)]) -> Result<Vec<Shown>, ReportError> {
     let studies: Vec<&Study> = runs.iter().map(|(study, _)| *study).collect();
-    Ok(vec![commands::sweep(&studies)?, commands::cost(&studies)?])
+    let mut shown = vec![commands::sweep(&studies)?, commands::cost(&studies)?];
+    shown.extend(training::phase_one(runs)?);
+    Ok(shown)
 }
 
 /// The figures of one subject.
@@ -48,7 +51,7 @@ pub(crate) fn of_one(
     }
     shown.extend(motions::round_trip(m, plan)?);
     shown.extend(training::episodes(m)?);
-    shown.extend(stairs::bifurcation(&m.study)?);
+    shown.extend(stairs::bifurcation(&m.study, plan)?);
     shown.extend(stairs::hip_phase(&m.study)?);
     shown.extend(energies::stride_energies(subject, m, plan)?);
     for (recording, omega_v, name, title) in [

@@ -1,8 +1,10 @@
-//! Contract: every figure stands beside the page as SVG, PNG, CSV and JSON, and on it; a run brings the returns of its episodes.
+//! Contract: every figure stands beside the page as SVG, PNG, CSV and JSON, and on it; a run brings the returns of its episodes;
+//! figures mark falls, fit a journal's columns and are one series for each experiment; captions say what was measured.
 
 mod common;
 use common::{run, text, written};
 use gaitshift_report::Subject;
+use std::collections::BTreeMap;
 
 #[test]
 fn every_figure_stands_beside_the_page_with_its_numbers() {
@@ -53,6 +55,37 @@ fn every_figure_stands_beside_the_page_with_its_numbers() {
     // The return of the last episode, which ended in a fall.
     let returns = text(&all["figures/fig4-returns.csv"]);
     assert_eq!(returns.lines().last(), Some("10000.0,0.5,10.5,true"));
+    // All fit two columns of a journal, 180 mm; those that are not wide fit one, 90 mm.
+    for figure in figures_of(&all) {
+        let svg = text(&all[&format!("{figure}.svg")]);
+        let width: f64 = attribute(svg.lines().next().unwrap(), "width")
+            .parse()
+            .unwrap();
+        assert!(width <= 680.0, "{figure}: {width}");
+        if ["fig4-returns", "cost-of-transport"]
+            .iter()
+            .any(|name| figure.ends_with(name))
+        {
+            assert_eq!(width, 330.0, "{figure}");
+        }
+    }
+    assert!(page.contains("Rising, it fell nowhere; coming down, nowhere. At"));
+    assert!(page.contains("Of 6 random starts 0 fell."));
+    // What is given and what is taken of the energy are the same, but for what the body holds more or less in the end.
+    for omega_v in ["0.0", "3.0"] {
+        let sum = |kind: &str| -> f64 {
+            let rows = text(&all["figures/energy-flow.csv"]).lines();
+            let rows = rows.map(|line| line.split(',').collect::<Vec<_>>());
+            rows.filter(|cells| cells[0] == omega_v && cells[1] == kind)
+                .flat_map(|cells| [3, 4].map(|k| cells[k].parse::<f64>().unwrap()))
+                .sum()
+        };
+        let (given, taken) = (sum("given"), sum("taken"));
+        assert!(
+            (given - taken).abs() < 0.02 * given,
+            "{given} J and {taken} J"
+        );
+    }
     // Of the episodes from step 8000 on one in three ended in a fall: more than twice the tenth that "almost none" allows.
     let claims = text(&all["claims.csv"]);
     let line = claims
@@ -60,4 +93,89 @@ fn every_figure_stands_beside_the_page_with_its_numbers() {
         .find(|line| line.contains("with phase I"))
         .unwrap();
     assert!(line.contains("0.3333") && line.contains("fails"), "{line}");
+}
+
+fn figures_of(all: &BTreeMap<String, Vec<u8>>) -> Vec<&str> {
+    all.keys()
+        .filter_map(|name| name.strip_suffix(".svg"))
+        .collect()
+}
+
+fn attribute<'a>(line: &'a str, name: &str) -> &'a str {
+    let named = format!(" {name}=\"");
+    line.split(&named)
+        .nth(1)
+        .unwrap()
+        .split('"')
+        .next()
+        .unwrap()
+}
+
+// Thirty-four runs were thirty-four series in six looks.
+#[test]
+fn seeds_of_an_experiment_are_one_series_and_phase_one_is_set_beside_its_lack() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = run(folder.path());
+    let mut subjects = ["paper", "paper", "paper, without phase I"]
+        .into_iter()
+        .zip(1..)
+        .map(|(group, seed)| Subject {
+            name: format!("{group}, seed {seed}"),
+            group: group.to_owned(),
+            seed,
+            run: Some(run.clone()),
+            ..Subject::shipped().unwrap()
+        })
+        .collect::<Vec<_>>();
+    let all = written(&mut subjects);
+    for figure in ["figures/sweep.svg", "figures/cost-of-transport.svg"] {
+        let svg = text(&all[figure]);
+        assert_eq!(
+            svg.matches(">paper (2 seeds)</text>").count(),
+            1,
+            "{figure}"
+        );
+        assert!(
+            svg.contains(">paper, without phase I, seed 3</text>"),
+            "{figure}"
+        );
+        assert!(!svg.contains("paper, seed"), "{figure}");
+        // Bands, and thin lines below thick ones.
+        assert!(svg.contains("fill-opacity=\"0.18\""), "{figure}");
+        assert!(svg.contains("stroke-width=\"0.6\"") && svg.contains("stroke-width=\"2.2\""));
+    }
+    let overlay = text(&all["figures/fig4-phase-one.svg"]);
+    for name in ["with phase I, 2 seeds", "without phase I, one seed"] {
+        assert_eq!(
+            overlay.matches(&format!(">{name}</text>")).count(),
+            1,
+            "{name}"
+        );
+    }
+    // Ten returns from 1.5 to 10.5 within the first 100 000 steps: their mean, of every seed.
+    let table = text(&all["figures/fig4-phase-one.csv"]);
+    let rows: Vec<&str> = table.lines().skip(1).collect();
+    assert_eq!(
+        rows,
+        [
+            "paper,1,0.05,6.0",
+            "paper,2,0.05,6.0",
+            "\"paper, without phase I\",3,0.05,6.0"
+        ]
+    );
+}
+
+#[test]
+fn what_falls_is_marked() {
+    let mut subject = Subject::shipped().unwrap();
+    subject.controller.task.termination.pitch_limit_rad = 0.02;
+    let all = written(&mut [subject]);
+    for figure in ["sweep", "bifurcation", "through-the-change"] {
+        let svg = text(&all[&format!("figures/{figure}.svg")]);
+        assert!(svg.contains(">fell (over the panel)</text>"), "{figure}");
+    }
+    let page = text(&all["report.html"]);
+    assert!(page.contains("Running does not begin on the way up; on the way down there is none. Rising, it fell at 0, 0.3, 0.6;"));
+    assert!(page.contains("Of 6 random starts 6 fell."));
+    assert!(page.contains("It does not have both a walk and a run."));
 }

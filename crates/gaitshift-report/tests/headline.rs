@@ -60,6 +60,8 @@ fn commands_whose_starts_end_in_both_gaits_are_counted() {
         gait,
         speed_m_per_s: None,
         duty_factor: None,
+        double_support: None,
+        flight: None,
     };
     study.starts = [
         (0.0, Walking),

@@ -1,9 +1,9 @@
 //! Contract: a study has what its plan asks for: every command, both ways of the stairs, every start and phase, heights and levels
-//! until none is passed. What was measured of a run is kept in its folder, and used again only for the same controller and plan.
+//! until none is passed; a fall ends a stair, not the stairs. What was measured of a run is kept in its folder, and used again only for the same controller and plan.
 
 mod common;
 use common::{run, tiny};
-use gaitshift_analysis::GaitClass::{Running, Walking};
+use gaitshift_analysis::GaitClass::{Fallen, Running, Walking};
 use gaitshift_report::{Measured, Plan, ReportError, Study, Subject};
 
 #[test]
@@ -91,6 +91,42 @@ fn a_study_has_what_its_plan_asks_for() {
         assert!(landing.sole_down_m_per_s > 0.0 && landing.peak_body_weights > 1.0);
     }
     assert_eq!(study.late_falls, None);
+}
+
+// The shipped controller fell halfway up the stairs, and the study had no stairs above and no way down.
+#[test]
+fn a_fall_on_a_stair_is_recorded_and_a_fresh_motion_begins_on_the_next() {
+    let mut subject = Subject::shipped().unwrap();
+    // It leans further than this whatever it does.
+    subject.controller.task.termination.pitch_limit_rad = 0.02;
+    let plan = Plan {
+        range: [0.0, 3.0, 3.0],
+        ..tiny()
+    };
+    let measured = Measured::measure(&mut subject, &plan, &mut |_| Ok(())).unwrap();
+    let study = measured.study;
+    for (rows, commands) in [
+        (&study.stairs_up, [0.0, 0.3, 0.6]),
+        (&study.stairs_down, [0.6, 0.3, 0.0]),
+    ] {
+        let found: Vec<f64> = rows.iter().map(|row| row.omega_v).collect();
+        assert_eq!(found, commands);
+        for row in rows {
+            assert_eq!((row.summary.gait, row.summary.fell), (Fallen, true));
+            assert!((0.0..15.0).contains(&row.summary.survived_s));
+            // What leads to a fall is no steady motion.
+            assert_eq!(
+                (row.summary.speed_m_per_s, row.energy_change_j),
+                (None, None)
+            );
+        }
+    }
+    // The same command falls after the same time, whichever way it was reached: every stair began anew.
+    let lasted = |rows: &[gaitshift_report::Steady]| -> Vec<f64> {
+        rows.iter().map(|row| row.summary.survived_s).collect()
+    };
+    let down: Vec<f64> = lasted(&study.stairs_down).into_iter().rev().collect();
+    assert_eq!(lasted(&study.stairs_up), down);
 }
 
 #[test]

@@ -2,12 +2,14 @@
 
 use super::Shown;
 use super::panels::{
-    FROUDE, HUMAN_RECOVERY, HUMAN_TRANSITION, OMEGA_V, Of, Panel, by_gait, froude, omega_v, points,
-    steady_table,
+    FROUDE, HUMAN_RECOVERY, HUMAN_TRANSITION, OMEGA_V, Of, Panel, SHARE_OF_TIME, by_gait, falls,
+    froude, has_fallen, omega_v, points, steady_table,
 };
+use super::seeds::{Experiment, OVER_SEEDS, over_seeds};
 use crate::ReportError;
 use crate::headline::motions;
 use crate::study::{Steady, Study};
+use gaitshift_analysis::GaitClass;
 use gaitshift_figures::{COLUMN_WIDTH, Chart, PAGE_WIDTH, Series, charts_figure};
 
 /// Speed, phases, cost and change of energy over the range of the command.
@@ -18,28 +20,38 @@ pub(super) fn sweep(studies: &[&Study]) -> Result<Shown, ReportError> {
             levels: HUMAN_TRANSITION,
             ..Panel::new("speed", FROUDE, froude)
         },
-        Panel::new("double support", "share of time", |r| {
+        Panel::new("double support", SHARE_OF_TIME, |r| {
             r.summary.double_support
         }),
-        Panel::new("flight", "share of time", |r| r.summary.flight),
+        Panel::new("flight", SHARE_OF_TIME, |r| r.summary.flight),
         Panel {
             paper: &[(0.0, 0.342), (3.0, 0.347)],
             ..Panel::new("cost of transport (8)", "positive work/(m g d)", |r| {
                 r.summary.cost_of_transport
             })
         },
-        Panel::new("variation of energy", "mean |ΔE| in a period (J)", |r| {
-            r.energy_change_j
-        }),
+        Panel::new("change of energy", "mean |ΔE| (J)", |r| r.energy_change_j),
         Panel {
             levels: HUMAN_RECOVERY,
             ..Panel::new("energy recovery", "share", |r| r.summary.energy_recovery)
         },
     ];
+    let experiments = Experiment::all(studies);
     let charts = PANELS.map(|panel| {
-        let mut series: Vec<Series> = studies
+        let mut series: Vec<Series> = experiments
             .iter()
-            .map(|s| Series::marks(&s.name, points(&s.steady, omega_v, panel.of)))
+            .map(|experiment| {
+                let runs = experiment.seeds.iter();
+                let runs = runs.map(|s| points(&s.steady, omega_v, panel.of)).collect();
+                let mut fell: Vec<f64> = experiment
+                    .seeds
+                    .iter()
+                    .flat_map(|s| falls(&s.steady))
+                    .collect();
+                fell.sort_by(f64::total_cmp);
+                fell.dedup();
+                over_seeds(&experiment.label, runs).fell_at(fell)
+            })
             .collect();
         series.push(Series::marks("the paper", panel.paper.to_vec()));
         panel.chart(OMEGA_V, series)
@@ -48,63 +60,150 @@ pub(super) fn sweep(studies: &[&Study]) -> Result<Shown, ReportError> {
         .iter()
         .flat_map(|s| s.steady.iter().map(|row| (s.name.as_str(), row)))
         .collect();
+    let several = if experiments.iter().any(|e| e.seeds.len() > 1) {
+        OVER_SEEDS
+    } else {
+        ""
+    };
     Ok(Shown {
         name: "sweep".to_owned(),
         title: "Over the range of the command",
-        caption: "Each mark is one motion from the default start, without action noise; the first 5 s are not measured. \
-                  The marks are not joined, because there is a gap between walk and run. People change between walk and run at v²/(g l) \
-                  of about 0.5 (Kram, Domingo and Ferris, J. Exp. Biol. 200, 1997), and recover up to about 0.65 of the energy walking \
-                  (Cavagna, Thys and Zamboni, J. Physiol. 262, 1976)."
-            .to_owned(),
+        caption: format!(
+            "Motions from the default start, without action noise; the first 5 s are not measured, and of those that fell only the \
+             fall is shown. {}{several}ΔE is the change of the total energy within a control period. People change between walk and \
+             run at v²/(g l) of about 0.5 (Kram, Domingo and Ferris, J. Exp. Biol. 200, 1997), and recover up to about 0.65 of the \
+             energy walking (Cavagna, Thys and Zamboni, J. Physiol. 262, 1976).",
+            between_the_gaits(studies)
+        ),
         figure: charts_figure(&charts, 3, PAGE_WIDTH, 130.0)?,
         table: steady_table("sweep", &rows),
         wide: true,
     })
 }
 
+/// Whether there is a gap in speed between walk and run, or what fills it, in a sentence.
+fn between_the_gaits(studies: &[&Study]) -> String {
+    // Of the motions of the sweep the fastest walk, the slowest run, and how many of neither gait lie between the two.
+    let gap = |study: &Study| {
+        let of_gait = |gait| {
+            let rows = study
+                .steady
+                .iter()
+                .filter(move |row| row.summary.gait == gait);
+            rows.filter_map(froude)
+        };
+        let walk = of_gait(GaitClass::Walking).reduce(f64::max)?;
+        let run = of_gait(GaitClass::Running).reduce(f64::min)?;
+        let between = of_gait(GaitClass::Mixed).filter(|fr| (walk..run).contains(fr));
+        Some((walk, run, between.count()))
+    };
+    let gaps: Vec<(f64, f64, usize)> = studies.iter().filter_map(|&study| gap(study)).collect();
+    match (studies, &gaps[..]) {
+        ([_], []) => "It does not have both a walk and a run. ".to_owned(),
+        ([_], &[(walk, run, _), ..]) if walk >= run => format!(
+            "Its fastest walk has a Froude number of {walk:.2}, its slowest run one of {run:.2}: there is no gap between them. "
+        ),
+        ([_], &[(walk, run, 0), ..]) => format!(
+            "Between its fastest walk, with a Froude number of {walk:.2}, and its slowest run, with {run:.2}, there is a gap. "
+        ),
+        ([_], &[(walk, run, between), ..]) => format!(
+            "Between its fastest walk, with a Froude number of {walk:.2}, and its slowest run, with {run:.2}, lie {between} motions \
+             of neither gait. "
+        ),
+        _ => format!(
+            "Of {} controllers {} have a walk and a run; in {} of these motions of neither gait lie between the fastest walk and the \
+             slowest run. ",
+            studies.len(),
+            gaps.len(),
+            gaps.iter().filter(|(_, _, between)| *between > 0).count()
+        ),
+    }
+}
+
+/// Robots that walk, as (Froude number, cost of transport).
+const PUBLISHED: [(&str, f64, f64); 3] = [
+    ("ASIMO, total", 0.184, 3.2),
+    ("Cornell biped, total", 0.156, 0.20),
+    ("Cornell Ranger, total", 0.188, 0.28),
+];
+
+/// Width of the bins of the Froude number over which seeds are averaged.
+const BIN: f64 = 0.05;
+
 /// Cost of transport against Froude number, beside published values.
 pub(super) fn cost(studies: &[&Study]) -> Result<Shown, ReportError> {
-    let several = studies.len() > 1;
-    let cost: Of = |r| r.summary.cost_of_transport;
+    // What goes backwards has a negative cost, which has no place on a logarithmic axis.
+    let cost: Of = |r| r.summary.cost_of_transport.filter(|&cost| cost > 0.0);
+    let experiments = Experiment::all(studies);
     let mut series = Vec::new();
-    let mut rows = Vec::new();
-    for study in studies {
-        rows.extend(study.steady.iter().map(|row| (study.name.as_str(), row)));
-        if several {
-            series.push(Series::marks(
-                &study.name,
-                points(&study.steady, froude, cost),
-            ));
-        } else {
-            series.extend(by_gait(study.steady.iter(), froude, cost));
+    let mut several = "";
+    for experiment in &experiments {
+        match (&experiment.seeds[..], &experiments[..]) {
+            ([only], [_]) => series.extend(by_gait(only.steady.iter(), froude, cost)),
+            ([only], _) => {
+                let marks = points(&only.steady, froude, cost);
+                series.push(Series::marks(&experiment.label, marks));
+            }
+            (seeds, _) => {
+                several = " Over seeds: of each seed the mean cost in bins of the Froude number of 0.05, of these the interquartile \
+                           mean with its 95 % bootstrap interval; thin: each seed.";
+                let runs = seeds
+                    .iter()
+                    .map(|s| in_bins(&points(&s.steady, froude, cost)));
+                series.push(over_seeds(&experiment.label, runs.collect()));
+            }
         }
     }
+    let rows: Vec<(&str, &Steady)> = studies
+        .iter()
+        .flat_map(|s| s.steady.iter().map(|row| (s.name.as_str(), row)))
+        .collect();
+    let fallen = rows.iter().filter(|(_, row)| has_fallen(row)).count();
     series.push(Series::marks(
-        "the paper",
+        "the paper, mechanical",
         vec![(0.22, 0.342), (0.93, 0.347)],
     ));
+    for (name, froude, total) in PUBLISHED {
+        series.push(Series::marks(name, vec![(froude, total)]));
+    }
     let chart = Chart {
         x_title: FROUDE.to_owned(),
-        y_title: "cost of transport (8)".to_owned(),
+        y_title: "cost of transport, energy/(m g d)".to_owned(),
         series,
-        levels: vec![
-            (0.20, "Cornell biped, total".to_owned()),
-            (0.28, "Cornell Ranger, total".to_owned()),
-        ],
-        y_shows: vec![0.0],
+        y_shows: vec![0.1],
+        y_log: true,
         ..Chart::default()
     };
     Ok(Shown {
         name: "cost-of-transport".to_owned(),
         title: "Cost of transport against speed",
-        caption: "(8) counts the positive mechanical work of the actuators alone. The dotted lines are total costs, including all \
-                  power consumed: Collins, Ruina, Tedrake and Wisse, Science 307, 2005; Bhounsule and others, Int. J. Robot. Res. 33, \
-                  2014. ASIMO's total, 3.2 at 0.18, lies far above the panel."
-            .to_owned(),
-        figure: charts_figure(&[chart], 1, COLUMN_WIDTH, 190.0)?,
+        caption: format!(
+            "Ours and the paper’s is mechanical: (8), the positive work of the actuators alone. Totals count all power consumed: ASIMO \
+             (the paper’s value), the Cornell biped at 0.44 m/s on legs of 0.81 m (Collins, Ruina, Tedrake and Wisse, Science 307, 2005), \
+             Ranger at 0.59 m/s on legs of 1 m (Bhounsule and others, Int. J. Robot. Res. 33, 2014).{several}{}",
+            match fallen {
+                0 => String::new(),
+                n => format!(" Without {n} motions that fell."),
+            }
+        ),
+        figure: charts_figure(&[chart], 1, COLUMN_WIDTH, 210.0)?,
         table: steady_table("cost-of-transport", &rows),
         wide: false,
     })
+}
+
+/// Means in bins of x, each at its bin's middle.
+fn in_bins(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut bins: std::collections::BTreeMap<i64, Vec<f64>> = std::collections::BTreeMap::new();
+    for &(x, y) in points {
+        bins.entry((x / BIN).floor() as i64).or_default().push(y);
+    }
+    bins.into_iter()
+        .map(|(bin, values)| {
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            ((bin as f64 + 0.5) * BIN, mean)
+        })
+        .collect()
 }
 
 pub(super) fn steps_by_speed(study: &Study) -> Result<Option<Shown>, ReportError> {
@@ -125,7 +224,7 @@ pub(super) fn steps_by_speed(study: &Study) -> Result<Option<Shown>, ReportError
     Ok(Some(Shown {
         name: "steps-by-speed".to_owned(),
         title: "Step length and step frequency",
-        caption: "All steady motions of the sweep and of the stairs.".to_owned(),
+        caption: "All motions of the sweep and of the stairs that did not fall.".to_owned(),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 140.0)?,
         table: steady_table("steps-by-speed", &rows),
         wide: true,

@@ -95,8 +95,8 @@ pub(super) fn stride_energies(
     Ok(Some(Shown {
         name: "stride-energies".to_owned(),
         title: "Energies over one stride",
-        caption: "From a touchdown of the right foot to its next, at the integration step. Springs of the legs and of the \
-                  hips are shown separately; the paper's elastic energy is their sum."
+        caption: "From a touchdown of the right foot to its next, at the integration step. Potential energy counts from its lowest \
+                  value in the stride. Springs of the legs and of the hips are shown separately; the paper's elastic energy is their sum."
             .to_owned(),
         figure: charts_figure(&ordered, columns, PAGE_WIDTH, 90.0)?,
         table,
@@ -144,17 +144,25 @@ pub(super) fn work(study: &Study, plan: &Plan) -> Result<Option<Shown>, ReportEr
             "omega_v",
             "kind",
             "element",
-            "right_j_per_stride",
-            "left_j_per_stride",
+            "right_j_per_step",
+            "left_j_per_step",
         ],
     );
-    for (omega_v, gait) in plan.gaits.into_iter().zip(["walk", "run"]) {
-        let Some(flow) = study.at(omega_v).and_then(|s| s.energy_flow) else {
+    let mut balances = Vec::new();
+    for omega_v in plan.gaits {
+        let Some((summary, flow)) = study
+            .at(omega_v)
+            .and_then(|s| Some((s, s.energy_per_step?)))
+        else {
             continue;
         };
-        for (kind, parts) in [("given", &flow.sources()[..]), ("lost", &flow.losses()[..])] {
+        for (kind, parts) in [
+            ("given", &flow.given()[..]),
+            ("taken", &flow.taken()[..]),
+            ("stored and returned", &flow.returned()[..]),
+        ] {
             bars.push(Bar {
-                label: format!("{gait}, {kind}"),
+                label: format!("ω\u{1d65} = {omega_v}, {kind}"),
                 parts: parts
                     .iter()
                     .map(|(name, pair)| ((*name).to_owned(), (pair[0] + pair[1]).max(0.0)))
@@ -170,6 +178,15 @@ pub(super) fn work(study: &Study, plan: &Plan) -> Result<Option<Shown>, ReportEr
                 ]);
             }
         }
+        let sum = |parts: &[(&str, [f64; 2])]| -> f64 {
+            parts.iter().map(|(_, pair)| pair[0] + pair[1]).sum()
+        };
+        balances.push(format!(
+            "{:.1} J given and {:.1} J taken at {omega_v} ({})",
+            sum(&flow.given()),
+            sum(&flow.taken()),
+            summary.gait
+        ));
     }
     if bars.is_empty() {
         return Ok(None);
@@ -177,10 +194,13 @@ pub(super) fn work(study: &Study, plan: &Plan) -> Result<Option<Shown>, ReportEr
     Ok(Some(Shown {
         name: "energy-flow".to_owned(),
         title: "Where energy comes from and where it goes",
-        caption: "Given: positive work of the actuators, and the energy returned by springs, end stops and the compressed \
-                  contact. Lost: dissipated; the actuators' negative work is not shown. Both legs, summed at the integration step."
-            .to_owned(),
-        figure: bars_figure(&bars, "energy per stride (J)", PAGE_WIDTH)?,
+        caption: format!(
+            "Per step, from a touchdown to the next of either foot; both legs, summed at the integration step. Given: positive work \
+             of the actuators. Taken: their negative work (braking) and all losses. {}; the rest is what the body holds more or less at \
+             the end of the strides measured. Elastic elements give back what they took up, so they stand apart.",
+            balances.join(", ")
+        ),
+        figure: bars_figure(&bars, "energy per step (J)", PAGE_WIDTH)?,
         table,
         wide: true,
     }))

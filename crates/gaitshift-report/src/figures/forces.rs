@@ -5,6 +5,7 @@ use crate::study::Measured;
 use crate::table::{Table, cell};
 use crate::trace::Trace;
 use crate::{ReportError, Subject};
+use gaitshift_analysis::GaitClass;
 use gaitshift_figures::{Chart, PAGE_WIDTH, Series, charts_figure};
 
 pub(super) fn ground_reaction(
@@ -16,35 +17,52 @@ pub(super) fn ground_reaction(
         "ground-reaction",
         &["omega_v", "share_of_stance", "vertical_body_weights"],
     );
-    let mut panels = [Vec::new(), Vec::new()];
+    let mut charts: Vec<Chart> = [
+        (
+            GaitClass::Walking,
+            "walking",
+            Some((1.2, "people walking, greatest")),
+        ),
+        (
+            GaitClass::Running,
+            "running",
+            Some((2.5, "people running, greatest")),
+        ),
+        (GaitClass::Mixed, "neither walk nor run", None),
+    ]
+    .into_iter()
+    .map(|(gait, title, people)| {
+        let of_gait = m.traces.iter().filter(|(omega_v, _)| {
+            m.study
+                .at(*omega_v)
+                .is_some_and(|summary| summary.gait == gait)
+        });
+        let series = of_gait.map(|(omega_v, trace)| {
+            Series::line(&format!("ω\u{1d65} = {omega_v}"), mean_force(trace, weight))
+        });
+        Chart {
+            title: title.to_owned(),
+            x_title: "share of stance".to_owned(),
+            y_title: "force (body weights)".to_owned(),
+            series: series.collect(),
+            levels: people
+                .into_iter()
+                .map(|(force, word)| (force, word.to_owned()))
+                .collect(),
+            y_shows: vec![0.0],
+            x_range: Some((0.0, 1.0)),
+            ..Chart::default()
+        }
+    })
+    .collect();
+    charts.retain(|chart| chart.series.iter().any(|s| !s.points.is_empty()));
     for (omega_v, trace) in &m.traces {
-        let points = mean_force(trace, weight);
-        for &(x, y) in &points {
+        for (x, y) in mean_force(trace, weight) {
             table
                 .rows
                 .push(vec![cell(Some(*omega_v)), cell(Some(x)), cell(Some(y))]);
         }
-        let runs = *omega_v > 0.5;
-        panels[usize::from(runs)].push(Series::line(&format!("ω\u{1d65} = {omega_v}"), points));
     }
-    let charts: Vec<Chart> = panels
-        .into_iter()
-        .zip(["low commands", "high commands"])
-        .filter(|(series, _)| series.iter().any(|s| !s.points.is_empty()))
-        .map(|(series, title)| Chart {
-            title: title.to_owned(),
-            x_title: "share of stance".to_owned(),
-            y_title: "force (body weights)".to_owned(),
-            series,
-            levels: match title {
-                "low commands" => vec![(1.2, "people walking, greatest".to_owned())],
-                _ => vec![(2.5, "people running, greatest".to_owned())],
-            },
-            y_shows: vec![0.0],
-            x_range: Some((0.0, 1.0)),
-            ..Chart::default()
-        })
-        .collect();
     if charts.is_empty() {
         return Ok(None);
     }
@@ -56,7 +74,7 @@ pub(super) fn ground_reaction(
                   running, after a small impact; the greatest force is 1.2 body weights walking at 1.5 m/s and about 2.5 running at \
                   6 m/s (Keller and others, Clin. Biomech. 11, 1996)."
             .to_owned(),
-        figure: charts_figure(&charts, 2, PAGE_WIDTH, 150.0)?,
+        figure: charts_figure(&charts, charts.len(), PAGE_WIDTH, 150.0)?,
         table,
         wide: true,
     }))

@@ -7,7 +7,8 @@ use crate::table::{Table, cell};
 use gaitshift_analysis::recording::{Column, column};
 use gaitshift_analysis::{GaitClass, Recording};
 use gaitshift_figures::{
-    COLUMN_WIDTH, Chart, FigureOptions, Series, charts_figure, stride_at, strobe, transition_figure,
+    COLUMN_WIDTH, Chart, FigureOptions, PAGE_WIDTH, Series, charts_figure, stride_at,
+    strobe_within, transition_figure,
 };
 
 pub(super) fn change(
@@ -109,7 +110,7 @@ pub(super) fn poses(
         name: name.to_owned(),
         title,
         caption: format!("ω_v = {omega_v}. Below, filled: the foot is on the ground."),
-        figure: strobe(recording, from_s, to_s, 10)?,
+        figure: strobe_within(recording, from_s, to_s, 10, PAGE_WIDTH)?,
         table: recording_table(name, recording, from_s, to_s),
         wide: true,
     }))

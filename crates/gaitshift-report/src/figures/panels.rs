@@ -10,6 +10,8 @@ pub(super) const OMEGA_V: &str = "command ω\u{1d65} (s/m)";
 
 pub(super) const FROUDE: &str = "Froude number v/√(g l)";
 
+pub(super) const SHARE_OF_TIME: &str = "share of time";
+
 /// The values that a panel shows of a motion.
 pub(super) type Of = fn(&Steady) -> Option<f64>;
 
@@ -65,12 +67,14 @@ impl Panel {
     }
 }
 
+/// The values of the motions that did not fall.
 pub(super) fn points<'a>(
     rows: impl IntoIterator<Item = &'a Steady>,
     x: Of,
     y: Of,
 ) -> Vec<(f64, f64)> {
     rows.into_iter()
+        .filter(|row| !has_fallen(row))
         .filter_map(|row| Some((x(row)?, y(row)?)))
         .collect()
 }
@@ -94,12 +98,32 @@ pub(super) fn by_gait<'a>(
     .collect()
 }
 
-/// The marks of the stairs, up and down.
+/// The marks of the stairs, up and down, and where they fell.
 pub(super) fn on_stairs(study: &Study, of: Of) -> Vec<Series> {
-    vec![
-        Series::marks("command rising", points(&study.stairs_up, omega_v, of)),
-        Series::marks("command falling", points(&study.stairs_down, omega_v, of)),
+    [
+        ("command rising", &study.stairs_up),
+        ("command falling", &study.stairs_down),
     ]
+    .map(|(label, rows)| Series::marks(label, points(rows, omega_v, of)).fell_at(falls(rows)))
+    .to_vec()
+}
+
+/// The commands under which motions fell.
+pub(super) fn falls<'a>(rows: impl IntoIterator<Item = &'a Steady>) -> Vec<f64> {
+    let fallen = rows.into_iter().filter(|row| has_fallen(row));
+    fallen.map(|row| row.omega_v).collect()
+}
+
+pub(super) fn has_fallen(row: &Steady) -> bool {
+    row.summary.gait == GaitClass::Fallen
+}
+
+/// The range of the command on the stairs, with room for marks at its ends.
+pub(super) fn stairs_range(study: &Study) -> Option<(f64, f64)> {
+    let commands = || study.stairs_up.iter().map(|row| row.omega_v);
+    let (least, greatest) = (commands().reduce(f64::min)?, commands().reduce(f64::max)?);
+    let room = 0.04 * (greatest - least).max(0.1);
+    Some((least - room, greatest + room))
 }
 
 pub(super) fn omega_v(row: &Steady) -> Option<f64> {

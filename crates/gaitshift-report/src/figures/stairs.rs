@@ -2,68 +2,81 @@
 
 use super::Shown;
 use super::panels::{
-    HUMAN_RECOVERY, HUMAN_TRANSITION, OMEGA_V, Panel, froude, omega_v, on_stairs, points,
-    stairs_table,
+    FROUDE, HUMAN_RECOVERY, HUMAN_TRANSITION, OMEGA_V, Panel, SHARE_OF_TIME, falls, froude,
+    omega_v, on_stairs, points, stairs_range, stairs_table,
 };
 use crate::ReportError;
 use crate::headline::{
     clearance, least_steady_stair, running_begins, running_is_kept, step_time_variation, two_gaits,
 };
-use crate::study::{StartedMotion, Study};
+use crate::study::{Plan, StartedMotion, Steady, Study};
 use gaitshift_analysis::{GaitClass, GaitSummary};
-use gaitshift_figures::{PAGE_WIDTH, Series, charts_figure};
+use gaitshift_figures::{Chart, PAGE_WIDTH, Series, charts_figure};
 use std::f64::consts::PI;
 
 /// The change of gait as a bifurcation: stairs of the command up and down, and random starts.
-pub(super) fn bifurcation(study: &Study) -> Result<Option<Shown>, ReportError> {
-    if study.stairs_up.is_empty() {
-        return Ok(None);
-    }
+pub(super) fn bifurcation(study: &Study, plan: &Plan) -> Result<Option<Shown>, ReportError> {
     const PANELS: [Panel; 4] = [
         Panel {
             levels: HUMAN_TRANSITION,
-            ..Panel::new("", "Froude number", froude)
+            ..Panel::new("speed", FROUDE, froude)
         },
-        Panel::new("", "duty factor, right", |r| r.summary.duty_factor_right),
-        Panel::new("", "double support", |r| r.summary.double_support),
-        Panel::new("", "flight", |r| r.summary.flight),
+        Panel::new("duty factor, right leg", "share of stride", |r| {
+            r.summary.duty_factor_right
+        }),
+        Panel::new("double support", SHARE_OF_TIME, |r| {
+            r.summary.double_support
+        }),
+        Panel::new("flight", SHARE_OF_TIME, |r| r.summary.flight),
     ];
-    let leg_m_g = study
+    if study.stairs_up.is_empty() {
+        return Ok(None);
+    }
+    let speed_of_froude = study
         .stairs_up
         .iter()
+        .chain(&study.steady)
         .find_map(|row| Some(row.summary.speed_m_per_s? / row.summary.froude?));
     let started = |of: &dyn Fn(&StartedMotion) -> Option<f64>| -> Vec<(f64, f64)> {
-        study
-            .starts
-            .iter()
-            .filter(|m| m.gait != GaitClass::Fallen)
-            .filter_map(|m| Some((m.omega_v, of(m)?)))
-            .collect()
+        let stayed = study.starts.iter().filter(|m| m.gait != GaitClass::Fallen);
+        stayed.filter_map(|m| Some((m.omega_v, of(m)?))).collect()
     };
-    let mut charts = PANELS.map(|panel| panel.chart(OMEGA_V, on_stairs(study, panel.of)));
+    let fallen = study.starts.iter().filter(|m| m.gait == GaitClass::Fallen);
+    let fallen: Vec<f64> = fallen.map(|m| m.omega_v).collect();
+    let mut charts = stairs_charts(study, PANELS);
     for (chart, started) in charts.iter_mut().zip([
-        started(&|m| Some(m.speed_m_per_s? / leg_m_g?)),
+        started(&|m| Some(m.speed_m_per_s? / speed_of_froude?)),
         started(&|m| m.duty_factor),
+        started(&|m| m.double_support),
+        started(&|m| m.flight),
     ]) {
-        chart
-            .series
-            .push(Series::marks("random starts", started).below());
+        let starts = Series::marks("random starts", started).fell_at(fallen.clone());
+        chart.series.push(starts.below());
     }
     let both = two_gaits(study);
-    let between = match (both.first(), both.last()) {
-        (Some(first), Some(last)) => format!(
+    let between = match (&both[..], both.last()) {
+        ([only], _) => {
+            format!("At one command, {only}, random starts end in either gait, walk or run.")
+        }
+        ([first, ..], Some(last)) => format!(
             "At {} commands from {first} to {last} random starts end in either gait, walk or run.",
             both.len()
         ),
         _ => "At no command tried do random starts end in both gaits.".to_owned(),
     };
+    let [top, step, hold_s] = plan.stairs;
     Ok(Some(Shown {
         name: "bifurcation".to_owned(),
         title: "The change of gait as a bifurcation",
         caption: format!(
-            "One motion whose command rises in small steps and falls again, and motions from random starts. {}{between} People change \
-             gait at v²/(g l) of about 0.5, v/√(g l) of 0.71 (Kram, Domingo and Ferris, J. Exp. Biol. 200, 1997).",
-            hysteresis(study)
+            "A motion whose command rises from 0 to {top} in stairs of {step}, each held for {hold_s} s, another that begins at {top} \
+             and comes down, and motions from random starts. After a fall a fresh motion begins on the next stair. {}{} {between} Of \
+             {} random starts {} fell. People change gait at v²/(g l) of about 0.5, v/√(g l) of 0.71 (Kram, Domingo and Ferris, \
+             J. Exp. Biol. 200, 1997).",
+            hysteresis(study),
+            falls_in_words(study),
+            study.starts.len(),
+            fallen.len(),
         ),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 150.0)?,
         table: stairs_table("bifurcation", study),
@@ -71,14 +84,44 @@ pub(super) fn bifurcation(study: &Study) -> Result<Option<Shown>, ReportError> {
     }))
 }
 
+/// On which stairs it fell, in a sentence.
+fn falls_in_words(study: &Study) -> String {
+    let list = |rows: &[Steady]| {
+        let falls = falls(rows).iter().map(f64::to_string).collect::<Vec<_>>();
+        match &falls[..] {
+            [] => "nowhere".to_owned(),
+            [first, .., last] if falls.len() > 4 => {
+                format!("on {} stairs between {} and {}", falls.len(), first, last)
+            }
+            _ => format!("at {}", falls.join(", ")),
+        }
+    };
+    format!(
+        "Rising, it fell {}; coming down, {}.",
+        list(&study.stairs_up),
+        list(&study.stairs_down)
+    )
+}
+
+/// Panels over the stairs, all with the same commands.
+fn stairs_charts<const N: usize>(study: &Study, panels: [Panel; N]) -> [Chart; N] {
+    panels.map(|panel| Chart {
+        x_range: stairs_range(study),
+        ..panel.chart(OMEGA_V, on_stairs(study, panel.of))
+    })
+}
+
 /// Where running begins and how far down it is kept, in a sentence.
 fn hysteresis(study: &Study) -> String {
-    match (running_begins(study), running_is_kept(study)) {
-        (Some(begins), Some(kept)) => {
-            format!("Running begins at {begins} on the way up and is kept down to {kept}. ")
-        }
-        _ => String::new(),
-    }
+    let begins = running_begins(study).map_or_else(
+        || "Running does not begin on the way up".to_owned(),
+        |begins| format!("Running begins at {begins} on the way up"),
+    );
+    let kept = running_is_kept(study).map_or_else(
+        || "on the way down there is none".to_owned(),
+        |kept| format!("coming down it is kept to {kept}"),
+    );
+    format!("{begins}; {kept}. ")
 }
 
 /// The phase between the hips and how steady the stride is, through the change of gait.
@@ -86,20 +129,27 @@ pub(super) fn hip_phase(study: &Study) -> Result<Option<Shown>, ReportError> {
     const PANELS: [Panel; 4] = [
         Panel {
             shows: PI,
-            ..Panel::new("", "left to right hip (rad)", |r| r.summary.hip_phase_rad)
+            levels: &[(PI, "π, even")],
+            ..Panel::new("phase, left to right hip", "mean (rad)", |r| {
+                r.summary.hip_phase_rad
+            })
         },
-        Panel::new("", "its deviation (rad)", |r| {
-            r.summary.hip_phase_deviation_rad
-        }),
-        Panel::new("", "step time variation", |r| {
+        Panel::new(
+            "its deviation from stride to stride",
+            "circular (rad)",
+            |r| r.summary.hip_phase_deviation_rad,
+        ),
+        Panel::new("variation of the step time", "deviation/mean", |r| {
             step_time_variation(&r.summary)
         }),
-        Panel::new("", "clearance (mm)", |r| Some(1e3 * clearance(&r.summary)?)),
+        Panel::new("clearance of the swinging foot", "height (mm)", |r| {
+            Some(1e3 * clearance(&r.summary)?)
+        }),
     ];
     if points(&study.stairs_up, omega_v, PANELS[0].of).is_empty() {
         return Ok(None);
     }
-    let charts = PANELS.map(|panel| panel.chart(OMEGA_V, on_stairs(study, panel.of)));
+    let charts = stairs_charts(study, PANELS);
     let least = least_steady_stair(study).map_or_else(String::new, |stair| {
         format!(
             " It is greatest, {:.2} rad, at {}.",
@@ -129,25 +179,25 @@ pub(super) fn through_the_change(study: &Study) -> Result<Option<Shown>, ReportE
         return Ok(None);
     }
     fn work_per_step(summary: &GaitSummary) -> Option<f64> {
-        let flow = summary.energy_flow?;
-        Some(0.5 * (flow.actuators[0] + flow.actuators[1]))
+        let [right, left] = summary.energy_per_step?.actuators;
+        Some(right + left)
     }
     const PANELS: [Panel; 2] = [
         Panel {
             levels: HUMAN_RECOVERY,
-            ..Panel::new("", "energy recovery", |r| r.summary.energy_recovery)
+            ..Panel::new("energy recovery", "share", |r| r.summary.energy_recovery)
         },
-        Panel::new("", "actuators' work per step (J)", |r| {
+        Panel::new("positive work of the actuators", "work per step (J)", |r| {
             work_per_step(&r.summary)
         }),
     ];
-    let charts = PANELS.map(|panel| panel.chart(OMEGA_V, on_stairs(study, panel.of)));
+    let charts = stairs_charts(study, PANELS);
     Ok(Some(Shown {
         name: "through-the-change".to_owned(),
         title: "Pendular recovery and work through the change of gait",
-        caption: "From the motions of the bifurcation figure with rising and falling command. Recovery is that of the centre of \
+        caption: "From the motions of the bifurcation figure whose command rises and falls. Recovery is that of the centre of \
                   mass, after Cavagna; people recover up to about 0.65 at medium walking speeds and 0 to 0.04 running (Cavagna, Thys and \
-                  Zamboni, J. Physiol. 262, 1976). Work is the positive work of both actuators."
+                  Zamboni, J. Physiol. 262, 1976). Work is that of both actuators from a touchdown to the next of either foot."
             .to_owned(),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 140.0)?,
         table: stairs_table("through-the-change", study),

@@ -33,6 +33,10 @@ pub struct StartedMotion {
     pub speed_m_per_s: Option<f64>,
     /// Share of the right leg's stride on the ground.
     pub duty_factor: Option<f64>,
+    /// Share of time with both feet on the ground.
+    pub double_support: Option<f64>,
+    /// Share of time with no foot on the ground.
+    pub flight: Option<f64>,
 }
 
 pub(super) fn record(
@@ -106,57 +110,73 @@ fn energy_change_j(recording: &Recording, window: Window) -> Option<f64> {
     gaitshift_analysis::statistics::mean(&changes)
 }
 
-/// One motion whose command climbs stairs and comes down again.
+/// Motions whose command climbs stairs from 0 and, another motion, comes down from the top. Where one falls, that stair says so,
+/// and a fresh motion begins on the next; so the way down does not hang on the way up.
 pub(super) fn stairs(
     subject: &mut Subject,
     plan: &Plan,
 ) -> Result<(Vec<Steady>, Vec<Steady>), ReportError> {
     let [top, step, hold_s] = plan.stairs;
-    let mut up = commands([0.0, top, step]);
-    let first = up.first().copied().unwrap_or_default();
+    let up = commands([0.0, top, step]);
+    let down: Vec<f64> = up.iter().rev().copied().collect();
+    Ok((
+        on_stairs(subject, &up, hold_s)?,
+        on_stairs(subject, &down, hold_s)?,
+    ))
+}
+
+/// A stair for each command; the first motion begins at the default start.
+fn on_stairs(
+    subject: &mut Subject,
+    commands: &[f64],
+    hold_s: f64,
+) -> Result<Vec<Steady>, ReportError> {
     let Subject {
         controller, body, ..
     } = subject;
     let task = controller.task.clone();
-    let start = Environment::default_start(body, &task);
-    let mut simulation = Simulation::new(body, &task, start, first);
-    simulation.record_details();
     let options = AnalysisOptions {
         settling_time_s: 0.4 * hold_s,
         ..AnalysisOptions::default()
     };
-    let mut stair = |omega_v: f64| -> Result<Option<Steady>, ReportError> {
+    let mut rows = Vec::new();
+    let mut moving: Option<Simulation> = None;
+    for &omega_v in commands {
+        let mut simulation = moving.take().unwrap_or_else(|| {
+            let start = Environment::default_start(body, &task);
+            let mut fresh = Simulation::new(body, &task, start, omega_v);
+            fresh.record_details();
+            fresh
+        });
         let mut recording = Recording::new(simulation.metadata("", 0));
         let mut row = Vec::new();
+        let mut ended = None;
         for _ in 0..(hold_s / simulation.control_period_s()).round() as u64 {
-            if simulation
-                .step(omega_v, None, &mut Deterministic(&mut controller.policy))
-                .is_some()
-            {
-                return Ok(None);
+            ended = simulation.step(omega_v, None, &mut Deterministic(&mut controller.policy));
+            if let Some(reason) = ended {
+                recording.metadata.fell = true;
+                recording.metadata.ended_by = task.end_name(reason).to_owned();
+                break;
             }
             simulation.detailed_row(&mut row);
             recording.push_row(&row)?;
         }
-        Ok(Some(described(omega_v, &recording, &options)))
-    };
-    let mut climb = |commands: &[f64]| -> Result<Vec<Steady>, ReportError> {
-        let mut rows = Vec::new();
-        for &omega_v in commands {
-            match stair(omega_v)? {
-                Some(row) => rows.push(row),
-                None => break,
-            }
+        if ended.is_some() {
+            // What led to the fall is no steady motion: of this stair only the fall and its time count.
+            let survived_s = recording.duration_s();
+            let mut fallen = described(
+                omega_v,
+                &Recording::new(recording.metadata.clone()),
+                &options,
+            );
+            fallen.summary.survived_s = survived_s;
+            rows.push(fallen);
+        } else {
+            rows.push(described(omega_v, &recording, &options));
+            moving = Some(simulation);
         }
-        Ok(rows)
-    };
-    let risen = climb(&up)?;
-    if risen.len() < up.len() {
-        return Ok((risen, Vec::new()));
     }
-    up.reverse();
-    let fallen = climb(&up)?;
-    Ok((risen, fallen))
+    Ok(rows)
 }
 
 pub(super) fn random_starts(
@@ -179,6 +199,8 @@ pub(super) fn random_starts(
                 gait: summary.gait,
                 speed_m_per_s: summary.speed_m_per_s,
                 duty_factor: summary.duty_factor_right,
+                double_support: summary.double_support,
+                flight: summary.flight,
             });
         }
     }

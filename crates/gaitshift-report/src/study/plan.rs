@@ -11,7 +11,7 @@ pub struct Plan {
     pub range: [f64; 3],
     /// Duration of each steady motion, in s; the first 5 s are not measured.
     pub steady_s: f64,
-    /// The stairs of the command lead from 0 to this and back, in these steps, each held for so long (s).
+    /// The stairs of the command lead from 0 to this, where it runs, and down again, in these steps, each held for so long (s).
     pub stairs: [f64; 3],
     /// Random starts at each command of the stairs' range.
     pub starts: u64,
@@ -40,7 +40,7 @@ impl Plan {
             gaits: [0.0, 3.0],
             range: [-0.5, 3.5, 0.01],
             steady_s: 30.0,
-            stairs: [1.0, 0.02, 20.0],
+            stairs: [1.6, 0.02, 20.0],
             starts: 13,
             starts_step: 0.05,
             trials: 10,
