@@ -482,8 +482,9 @@ fn criteria() {
         };
         let experiment = Experiment {
             criteria,
-            ..Experiment::recipe("fast").unwrap()
+            ..Experiment::recipe("paper").unwrap()
         };
+        // No phase of `paper` rehearses, which would need a walk to be asked for.
         experiment.validate("criteria").unwrap();
         !experiment.criteria.to_string().is_empty()
     });
