@@ -1,6 +1,6 @@
 //! Where the energy of a motion comes from and where it goes, element by element and leg by leg.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::finite;
 use crate::recording::{Detail, Recording, Side, Window, column, detail};
@@ -12,7 +12,7 @@ pub type PerLeg = [f64; 2];
 /// What gives and takes energy over a window of whole strides, mean over the strides, in J per stride.
 ///
 /// `None` where the recording lacks the details. Sums are those of the integration steps.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EnergyFlow {
     /// Strides in the window.
     pub strides: usize,

@@ -183,7 +183,7 @@ pub fn command_changes(recording: &Recording) -> Vec<(f64, f64)> {
 }
 
 /// What one of several changes of the command does to the gait.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GaitChange {
     /// Time at which the command begins to change, s.
     pub start_s: f64,

@@ -242,6 +242,11 @@ pub(crate) fn reach(body: &BodyParameters, pose: &Pose) -> (f64, f64) {
     })
 }
 
+/// How far the trunk reaches above the hip axis at most, however it is pitched, in m.
+pub(crate) fn above_hip(body: &BodyParameters) -> f64 {
+    HALF_TRUNK * body.leg_length_m + body.hip_com_height_m.abs()
+}
+
 /// Where the ground pushes on a foot: the lowest point of its sole, in world coordinates.
 pub(crate) fn lowest_point(body: &BodyParameters, pose: &Pose, leg: &LegPose) -> (f64, f64) {
     (0..body.foot_sphere_count)

@@ -13,6 +13,8 @@ pub(crate) struct Axis {
     pub from: f64,
     pub to: f64,
     step: f64,
+    /// Whether equal factors, not equal differences, lie equally far apart.
+    log: bool,
 }
 
 impl Axis {
@@ -32,6 +34,23 @@ impl Axis {
             from,
             to,
             step: round_step((to - from) / ticks.max(1) as f64),
+            log: false,
+        }
+    }
+
+    /// A logarithmic range around all `values`, which are positive, with ticks at 1, 2 and 5 times the powers of ten.
+    pub fn logarithmic(values: impl IntoIterator<Item = f64>) -> Self {
+        let (low, high) = values
+            .into_iter()
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), value| {
+                (low.min(value), high.max(value))
+            });
+        let (low, high) = if low > high { (1.0, 10.0) } else { (low, high) };
+        Self {
+            from: (low / 1.2).max(1.0 / GREATEST),
+            to: (high * 1.2).min(GREATEST),
+            step: 1.0,
+            log: true,
         }
     }
 
@@ -52,11 +71,17 @@ impl Axis {
 
     /// Position of a value: 0 at the start of the range, 1 at its end.
     pub fn share(&self, value: f64) -> f64 {
+        if self.log {
+            return (value / self.from).ln() / (self.to / self.from).ln();
+        }
         (value - self.from) / (self.to - self.from)
     }
 
     /// Ticks in the range and what is written beside them.
     pub fn ticks(&self) -> Vec<(f64, String)> {
+        if self.log {
+            return self.log_ticks();
+        }
         let first = (self.from / self.step - 1e-6).ceil();
         let last = (self.to / self.step + 1e-6).floor();
         let count = (last - first).clamp(-1.0, 50.0) as i64;
@@ -67,6 +92,17 @@ impl Axis {
                 let value = (first + i as f64) * self.step + 0.0;
                 (value, label(value, decimals))
             })
+            .collect()
+    }
+}
+
+impl Axis {
+    fn log_ticks(&self) -> Vec<(f64, String)> {
+        let powers = self.from.log10().floor() as i32..=self.to.log10().ceil() as i32;
+        powers
+            .flat_map(|power| [1.0, 2.0, 5.0].map(|factor| (factor * 10f64.powi(power), power)))
+            .filter(|(value, _)| (self.from..=self.to).contains(value))
+            .map(|(value, power)| (value, label(value, (-power).clamp(0, 9) as usize)))
             .collect()
     }
 }
@@ -203,13 +239,24 @@ impl Panel {
         canvas.text(position, title, style.anchor(Anchor::Middle).upwards());
     }
 
-    /// Title of the left axis, reading upwards, `distance` from the panel.
+    /// How far from the panel the title of the left axis stands at least, so that it keeps clear of the ticks' numbers.
+    pub fn y_title_distance(y: &Axis) -> f64 {
+        let widths = y
+            .ticks()
+            .into_iter()
+            .map(|(_, text)| text_width(&text, SMALL));
+        6.5 + widths.fold(0.0, f64::max) + 6.0
+    }
+
+    /// Title of the left axis, reading upwards, `distance` from the panel; smaller where it would be longer than the axis.
     pub fn y_title(&self, canvas: &mut Canvas, title: &str, distance: f64) {
+        let length = text_width(title, SMALL).max(1.0);
+        let style = TextStyle::new(SMALL * (self.area.height / length).min(1.0), TEXT);
         let position = (
             self.area.left - distance,
             self.area.top + 0.5 * self.area.height,
         );
-        canvas.text(position, title, LABEL.anchor(Anchor::Middle).upwards());
+        canvas.text(position, title, style.anchor(Anchor::Middle).upwards());
     }
 
     /// Title of the lower axis.

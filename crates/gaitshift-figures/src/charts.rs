@@ -5,7 +5,7 @@ use gaitshift_analysis::support::{PhaseInterval, SupportPhase};
 use crate::canvas::{Anchor, Canvas, Ink, Paint, Point, Rect, TextStyle};
 use crate::chart::{Axis, Panel};
 use crate::raster::text_width;
-use crate::style::{LABEL, QUIET, SERIES, SMALL, TEXT, TITLE};
+use crate::style::{LABEL, QUIET, SERIES, SMALL, TEXT, TITLE, WHITE};
 use crate::support;
 use crate::{Figure, FigureError};
 
@@ -36,9 +36,30 @@ pub struct Series {
     pub drawn: Drawn,
     /// Whether it lies below the others, wherever it stands in the legend.
     pub below: bool,
+    /// Courses of which this one is the mean, as thin lines in its colour.
+    pub runs: Vec<Vec<(f64, f64)>>,
+    /// Where it is uncertain: (x, low, high), x rising.
+    pub band: Vec<(f64, f64, f64)>,
+    /// Where on x a motion fell, so that there is no y: crosses over the panel in its colour.
+    pub fell: Vec<f64>,
 }
 
 impl Series {
+    /// The same as the mean of several courses.
+    pub fn of_runs(self, runs: Vec<Vec<(f64, f64)>>) -> Self {
+        Self { runs, ..self }
+    }
+
+    /// The same with a band (x, low, high).
+    pub fn within(self, band: Vec<(f64, f64, f64)>) -> Self {
+        Self { band, ..self }
+    }
+
+    /// The same with falls.
+    pub fn fell_at(self, fell: Vec<f64>) -> Self {
+        Self { fell, ..self }
+    }
+
     /// The same below all others.
     pub fn below(self) -> Self {
         Self {
@@ -54,6 +75,9 @@ impl Series {
             points,
             drawn: Drawn::Line,
             below: false,
+            runs: Vec::new(),
+            band: Vec::new(),
+            fell: Vec::new(),
         }
     }
 
@@ -72,6 +96,20 @@ impl Series {
             ..Self::line(label, points)
         }
     }
+
+    /// Every point that is drawn, those of its band and of its runs included.
+    fn places(&self) -> impl Iterator<Item = (f64, f64)> {
+        let band = self
+            .band
+            .iter()
+            .flat_map(|&(x, low, high)| [(x, low), (x, high)]);
+        let runs = self.runs.iter().flatten().copied();
+        self.points.iter().copied().chain(band).chain(runs)
+    }
+
+    fn is_empty(&self) -> bool {
+        self.places().next().is_none() && self.fell.is_empty()
+    }
 }
 
 /// A panel.
@@ -89,8 +127,12 @@ pub struct Chart {
     pub phases: Vec<PhaseInterval>,
     /// Values of y that a thin dotted line marks, each with a word beside it.
     pub levels: Vec<(f64, String)>,
+    /// Values of x that a thin dotted line marks, each with a word beside its foot.
+    pub x_levels: Vec<(f64, String)>,
     /// Values of y that the axis shows at least.
     pub y_shows: Vec<f64>,
+    /// Whether the vertical axis is logarithmic; all its values are positive then.
+    pub y_log: bool,
     /// Range of x; that of the points if absent.
     pub x_range: Option<(f64, f64)>,
 }
@@ -110,8 +152,15 @@ pub fn charts_figure(
 ) -> Result<Figure, FigureError> {
     check(charts)?;
     let columns = columns.clamp(1, charts.len());
-    let (left, right, gap) = (50.0, 10.0, 56.0);
-    let panel_width = (width - left - right - (columns - 1) as f64 * gap) / columns as f64;
+    // Room for the longest numbers beside the axes of each column, and for half a number beyond the last.
+    let mut titles = vec![0.0_f64; columns];
+    for (k, chart) in charts.iter().enumerate() {
+        let distance = Panel::y_title_distance(&y_axis(chart, panel_height));
+        titles[k % columns] = titles[k % columns].max(distance);
+    }
+    let (beside, right) = (SMALL + 3.0, 16.0);
+    let axes: f64 = titles.iter().map(|distance| distance + beside).sum();
+    let panel_width = (width - axes - columns as f64 * right) / columns as f64;
     if !(panel_width >= 60.0 && width <= 4000.0 && (40.0..=2000.0).contains(&panel_height)) {
         return Err(FigureError::Option {
             name: "width",
@@ -119,30 +168,31 @@ pub fn charts_figure(
             allowed: "wide enough for panels of 60 units, and at most 4000; panels 40 to 2000 units high",
         });
     }
+    let lefts: Vec<f64> = titles
+        .iter()
+        .scan(0.0, |x, distance| {
+            let left = *x + distance + beside;
+            *x = left + panel_width + right;
+            Some(left)
+        })
+        .collect();
     let looks = Looks::of(charts);
     let legend = Legend::new(&looks, charts, width - 16.0);
-    let rows = charts.len().div_ceil(columns);
-    let titled = |row: usize| {
-        let of_row = charts.iter().skip(row * columns).take(columns);
-        of_row.clone().any(|chart| !chart.title.is_empty())
-    };
-    let mut tops = Vec::with_capacity(rows);
-    let mut y = legend.height + 6.0;
-    for row in 0..rows {
-        y += if titled(row) { 18.0 } else { 6.0 };
-        tops.push(y);
-        y += panel_height + 2.0 * SMALL + 18.0;
+    let mut canvas_height = legend.height + 6.0;
+    let mut tops = Vec::new();
+    for row in charts.chunks(columns) {
+        let titled = row.iter().any(|chart| !chart.title.is_empty());
+        canvas_height += if titled { 18.0 } else { 6.0 };
+        canvas_height += row.iter().map(strip_height).fold(0.0, f64::max);
+        tops.push(canvas_height);
+        canvas_height += panel_height + 2.0 * SMALL + 18.0;
     }
-    let mut canvas = Canvas::new(width, y);
+    let mut canvas = Canvas::new(width, canvas_height);
     legend.draw(&mut canvas, 8.0);
     for (k, chart) in charts.iter().enumerate() {
-        let area = Rect::new(
-            left + (k % columns) as f64 * (panel_width + gap),
-            tops[k / columns],
-            panel_width,
-            panel_height,
-        );
-        draw(&mut canvas, area, chart, &looks);
+        let column = k % columns;
+        let area = Rect::new(lefts[column], tops[k / columns], panel_width, panel_height);
+        draw(&mut canvas, area, chart, &looks, titles[column]);
     }
     Ok(Figure {
         svg: canvas.finish(),
@@ -150,25 +200,60 @@ pub fn charts_figure(
 }
 
 fn check(charts: &[Chart]) -> Result<(), FigureError> {
-    let series = || charts.iter().flat_map(|chart| &chart.series);
-    if series().all(|series| series.points.is_empty()) {
+    if charts
+        .iter()
+        .flat_map(|chart| &chart.series)
+        .all(Series::is_empty)
+    {
         return Err(FigureError::Empty {
             what: "the chart",
             needed: "one point",
         });
     }
-    for series in series() {
-        for (index, &(x, y)) in series.points.iter().enumerate() {
-            if let Some(value) = [x, y].into_iter().find(|value| !value.is_finite()) {
-                return Err(FigureError::NotFinite {
-                    name: series.label.clone(),
-                    index,
+    for chart in charts {
+        for series in &chart.series {
+            let low = series.places().find(|&(_, y)| chart.y_log && y <= 0.0);
+            if let Some((_, value)) = low {
+                return Err(FigureError::Option {
+                    name: "y_log",
                     value,
+                    allowed: "with positive values only",
                 });
+            }
+            let values = series.places().map(|(x, y)| [x, y]);
+            let falls = series.fell.iter().map(|&x| [x, 0.0]);
+            for (index, pair) in values.chain(falls).enumerate() {
+                if let Some(value) = pair.into_iter().find(|value| !value.is_finite()) {
+                    return Err(FigureError::NotFinite {
+                        name: series.label.clone(),
+                        index,
+                        value,
+                    });
+                }
             }
         }
     }
     Ok(())
+}
+
+/// Falls lie over the panel, those of each series in a row of their own.
+const FALLS_ROW: f64 = 8.0;
+
+fn strip_height(chart: &Chart) -> f64 {
+    let rows = chart.series.iter().filter(|series| !series.fell.is_empty());
+    FALLS_ROW * rows.count() as f64
+}
+
+/// The vertical axis of a panel of that height.
+fn y_axis(chart: &Chart, height: f64) -> Axis {
+    let levels = chart.levels.iter().map(|(level, _)| *level);
+    let points = chart.series.iter().flat_map(Series::places);
+    let values = points.map(|point| point.1).chain(levels);
+    let values = values.chain(chart.y_shows.iter().copied());
+    if chart.y_log {
+        return Axis::logarithmic(values);
+    }
+    Axis::around(values, (height / 16.0).clamp(3.0, 8.0) as usize)
 }
 
 /// Which look each name has.
@@ -187,7 +272,7 @@ impl Looks {
     fn of(charts: &[Chart]) -> Self {
         let mut names: Vec<(String, Drawn)> = Vec::new();
         for series in charts.iter().flat_map(|chart| &chart.series) {
-            if !series.points.is_empty() && names.iter().all(|(name, _)| *name != series.label) {
+            if !series.is_empty() && names.iter().all(|(name, _)| *name != series.label) {
                 names.push((series.label.clone(), series.drawn));
             }
         }
@@ -205,9 +290,14 @@ impl Looks {
         SERIES[index % SERIES.len()]
     }
 
-    fn line(index: usize) -> Paint {
-        let paint = Paint::stroke(Self::ink(index), 1.5);
-        match DASHES[index % DASHES.len()] {
+    /// Which dashes and which mark: after six looks the colours come again with other ones.
+    fn shape(index: usize) -> usize {
+        (index + index / SERIES.len()) % DASHES.len()
+    }
+
+    fn line(index: usize, width: f64) -> Paint {
+        let paint = Paint::stroke(Self::ink(index), width);
+        match DASHES[Self::shape(index)] {
             Some(dash) => paint.dashed(dash),
             None => paint,
         }
@@ -219,7 +309,7 @@ impl Looks {
         // Hollow ones are open: what lies below them shows.
         let (filled, hollow) = (Paint::fill(ink), Paint::stroke(ink, 1.2));
         let r = 2.6;
-        match index % 6 {
+        match Self::shape(index) {
             0 => canvas.circle((x, y), r, filled),
             1 => canvas.rect(Rect::new(x - r, y - r, 2.0 * r, 2.0 * r), hollow),
             2 => canvas.polygon(
@@ -239,18 +329,21 @@ impl Looks {
                 ],
                 hollow,
             ),
-            4 => {
-                canvas.line((x - r, y - r), (x + r, y + r), Paint::stroke(ink, 1.4));
-                canvas.line((x - r, y + r), (x + r, y - r), Paint::stroke(ink, 1.4));
-            }
+            4 => Self::cross(canvas, (x, y), r, ink),
             _ => canvas.circle((x, y), r, hollow),
         }
     }
+
+    fn cross(canvas: &mut Canvas, (x, y): Point, r: f64, ink: Ink) {
+        canvas.line((x - r, y - r), (x + r, y + r), Paint::stroke(ink, 1.4));
+        canvas.line((x - r, y + r), (x + r, y - r), Paint::stroke(ink, 1.4));
+    }
 }
 
-/// The series by name, then the support phases if any panel is shaded.
+/// The series by name, then falls and the support phases where there are any.
 struct Legend<'a> {
     looks: &'a Looks,
+    falls: bool,
     phases: bool,
     /// Position of each entry relative to the legend's first base line.
     places: Vec<Point>,
@@ -260,12 +353,17 @@ struct Legend<'a> {
 impl<'a> Legend<'a> {
     const ROW: f64 = 15.0;
     const SWATCH: f64 = 28.0;
+    const FELL: &'static str = "fell (over the panel)";
 
     fn new(looks: &'a Looks, charts: &[Chart], width: f64) -> Self {
         let phases = charts.iter().any(|chart| !chart.phases.is_empty());
+        let falls = charts.iter().any(|chart| strip_height(chart) > 0.0);
         let (mut x, mut y) = (0.0, 0.0);
         let mut places = Vec::new();
         let mut names: Vec<&str> = looks.0.iter().map(|(name, _)| name.as_str()).collect();
+        if falls {
+            names.push(Self::FELL);
+        }
         if phases {
             names.extend(support::PHASES.map(support::name));
         }
@@ -279,6 +377,7 @@ impl<'a> Legend<'a> {
         }
         Self {
             looks,
+            falls,
             phases,
             height: y + Self::ROW,
             places,
@@ -292,12 +391,18 @@ impl<'a> Legend<'a> {
         for (index, ((name, drawn), (x, y))) in names.zip(&mut places).enumerate() {
             let middle = y - 4.0;
             if *drawn != Drawn::Marks {
-                canvas.line((x, middle), (x + 23.0, middle), Looks::line(index));
+                canvas.line((x, middle), (x + 23.0, middle), Looks::line(index, 1.5));
             }
             if *drawn != Drawn::Line {
                 Looks::mark(canvas, (x + 11.5, middle), index);
             }
             canvas.text((x + Self::SWATCH, y), name, LABEL);
+        }
+        if self.falls
+            && let Some((x, y)) = places.next()
+        {
+            Looks::cross(canvas, (x + 11.5, y - 4.0), 2.4, TEXT);
+            canvas.text((x + Self::SWATCH, y), Self::FELL, LABEL);
         }
         if self.phases {
             for (phase, (x, y)) in support::PHASES.into_iter().zip(places) {
@@ -310,40 +415,35 @@ impl<'a> Legend<'a> {
     }
 }
 
-fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks) {
-    let points = || chart.series.iter().flat_map(|series| &series.points);
-    let ticks = (area.width / 34.0).clamp(3.0, 10.0) as usize;
+fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks, y_title: f64) {
+    let points = || chart.series.iter().flat_map(Series::places);
+    let ticks = (area.width / 28.0).clamp(3.0, 10.0) as usize;
     let x = match chart.x_range {
         Some((from, to)) => Axis::exact(from, to, ticks),
-        None => Axis::around(points().map(|point| point.0), ticks),
+        None => {
+            let falls = chart
+                .series
+                .iter()
+                .flat_map(|series| series.fell.iter().copied());
+            Axis::around(points().map(|point| point.0).chain(falls), ticks)
+        }
     };
-    let levels = chart.levels.iter().map(|(level, _)| *level);
-    let values = points().map(|point| point.1).chain(levels);
     let panel = Panel {
         area,
         x,
-        y: Axis::around(
-            values.chain(chart.y_shows.iter().copied()),
-            (area.height / 16.0).clamp(3.0, 8.0) as usize,
-        ),
+        y: y_axis(chart, area.height),
     };
     if chart.phases.is_empty() {
         panel.grid(canvas);
     } else {
         support::shade_panel(canvas, &panel, &chart.phases);
     }
+    let dotted = Paint::stroke(TEXT, 0.9).dashed("1 2");
+    let places: Vec<Point> = points().map(|(x, y)| panel.place(x, y)).collect();
     for (level, word) in &chart.levels {
         let (_, y) = panel.place(panel.x.from, *level);
-        let dotted = Paint::stroke(TEXT, 0.9).dashed("1 2");
         canvas.line((area.left, y), (area.right(), y), dotted);
-        // Where it hides the fewest points, if it can be at the right and above its line.
-        let width = text_width(word, 9.0) + 8.0;
-        let hidden = |left: f64, top: f64| {
-            let places = points().map(|&(x, y)| panel.place(x, y));
-            let covers =
-                |p: &Point| (left..left + width).contains(&p.0) && (top..top + 15.0).contains(&p.1);
-            places.filter(covers).count()
-        };
+        let width = text_width(word, WORD) + 8.0;
         let (right, above) = (area.right() - width, y - 14.0);
         let at = [
             (right, above),
@@ -351,14 +451,30 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks) {
             (right, y),
             (area.left, y),
         ];
-        let inside = |&(_, top): &(f64, f64)| top >= area.top && top + 13.0 <= area.bottom();
-        let (left, top) = at
-            .into_iter()
-            .filter(inside)
-            .min_by_key(|&(left, top)| hidden(left, top))
-            .unwrap_or((right, above));
-        let style = TextStyle::new(9.0, TEXT);
-        canvas.text((left + 4.0, top + 11.0), word, style);
+        level_word(canvas, area, word, width, &at, &places);
+    }
+    for (level, word) in &chart.x_levels {
+        let x = panel.horizontal(*level);
+        canvas.line((x, area.top), (x, area.bottom()), dotted);
+        let width = text_width(word, WORD) + 8.0;
+        let (foot, head) = (area.bottom() - 14.0, area.top + 1.0);
+        let at = [(x, foot), (x, head), (x - width, foot), (x - width, head)];
+        level_word(canvas, area, word, width, &at, &places);
+    }
+    for series in &chart.series {
+        let ink = Looks::ink(looks.index(&series.label));
+        let upper = series.band.iter().map(|&(x, _, high)| (x, high));
+        let lower = series.band.iter().rev().map(|&(x, low, _)| (x, low));
+        let band = upper.chain(lower).map(|(x, y)| panel.place(x, y));
+        if series.band.len() > 1 {
+            canvas.open_clip(area);
+            canvas.polygon(band, Paint::fill(ink.opacity(0.18)));
+            canvas.close_clip();
+        }
+        for run in &series.runs {
+            let (xs, ys): (Vec<f64>, Vec<f64>) = run.iter().copied().unzip();
+            panel.curve(canvas, &xs, &ys, Paint::stroke(ink.opacity(0.5), 0.6));
+        }
     }
     let (below, above): (Vec<&Series>, Vec<&Series>) =
         chart.series.iter().partition(|series| series.below);
@@ -366,7 +482,8 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks) {
         let index = looks.index(&series.label);
         let (xs, ys): (Vec<f64>, Vec<f64>) = series.points.iter().copied().unzip();
         if series.drawn != Drawn::Marks && xs.len() > 1 {
-            panel.curve(canvas, &xs, &ys, Looks::line(index));
+            let width = if series.runs.is_empty() { 1.5 } else { 2.2 };
+            panel.curve(canvas, &xs, &ys, Looks::line(index, width));
         }
         if series.drawn != Drawn::Line || xs.len() == 1 {
             for &(x, y) in &series.points {
@@ -376,12 +493,60 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks) {
             }
         }
     }
+    let strip = strip_height(chart);
+    let fallen = chart.series.iter().filter(|series| !series.fell.is_empty());
+    for (row, series) in fallen.enumerate() {
+        let y = area.top - strip + FALLS_ROW * (row as f64 + 0.4);
+        let ink = Looks::ink(looks.index(&series.label));
+        for &x in series
+            .fell
+            .iter()
+            .filter(|&x| (panel.x.from..=panel.x.to).contains(x))
+        {
+            Looks::cross(canvas, (panel.horizontal(x), y), 2.4, ink);
+        }
+    }
     panel.frame(canvas, true);
     if !chart.title.is_empty() {
-        canvas.text((area.left, area.top - 6.0), &chart.title, TITLE);
+        canvas.text((area.left, area.top - strip - 6.0), &chart.title, TITLE);
     }
     panel.x_title(canvas, &chart.x_title);
-    panel.y_title(canvas, &chart.y_title, 38.0);
+    panel.y_title(canvas, &chart.y_title, y_title);
+}
+
+/// Size of the word beside a level.
+const WORD: f64 = 9.0;
+
+/// A word at that of the places `at` (its left upper corner) where it hides the fewest points, the first of equals. No line of the
+/// grid runs through it.
+fn level_word(
+    canvas: &mut Canvas,
+    area: Rect,
+    word: &str,
+    width: f64,
+    at: &[Point],
+    points: &[Point],
+) {
+    let hidden = |left: f64, top: f64| {
+        let covers =
+            |p: &&Point| (left..left + width).contains(&p.0) && (top..top + 15.0).contains(&p.1);
+        points.iter().filter(covers).count()
+    };
+    let inside = |&(left, top): &Point| {
+        top >= area.top
+            && top + 13.0 <= area.bottom()
+            && left >= area.left - 0.1
+            && left + width <= area.right() + 0.1
+    };
+    let (left, top) = at
+        .iter()
+        .copied()
+        .filter(inside)
+        .min_by_key(|&(left, top)| hidden(left, top))
+        .unwrap_or(at[0]);
+    let ground = Rect::new(left + 2.0, top + 2.5, width - 4.0, 10.5);
+    canvas.rect(ground, Paint::fill(WHITE));
+    canvas.text((left + 4.0, top + 11.0), word, TextStyle::new(WORD, TEXT));
 }
 
 /// A bar made of parts.

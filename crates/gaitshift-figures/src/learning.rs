@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::canvas::{Canvas, Ink, Paint, Rect};
 use crate::chart::{Axis, Panel};
+use crate::charts::COLUMN_WIDTH;
 use crate::style::{LABEL, SERIES, TEXT};
 use crate::{Figure, FigureError};
 
@@ -14,7 +15,7 @@ const MAP: [u32; 6] = [0x440154, 0x414487, 0x2a788e, 0x22a884, 0x7ad151, 0xe3d51
 const SHADES: usize = 32;
 
 /// The return of each episode against the steps at its end, coloured by the command `ω_v` it was given,
-/// in the manner of the paper's Fig. 4.
+/// in the manner of the paper's Fig. 4, as wide as a journal's column.
 ///
 /// The three slices are parallel, in the order of time; where episodes cover each other the later is on
 /// top.
@@ -55,19 +56,20 @@ pub fn episode_returns_figure(
     let millions: Vec<f64> = steps.iter().map(|step| step * 1e-6).collect();
     let last = millions.iter().copied().fold(0.0, f64::max);
     let panel = Panel {
-        area: Rect::new(66.0, 16.0, 360.0, 230.0),
+        area: Rect::new(58.0, 10.0, COLUMN_WIDTH - 58.0 - 70.0, 170.0),
         x: Axis::exact(0.0, 1.02 * last, 6),
         y: Axis::around(returns.iter().copied().chain([0.0]), 6),
     };
     let low = omega_v.iter().copied().fold(f64::INFINITY, f64::min);
     let high = omega_v.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let command = Axis::exact(low, high, 5);
-    let mut canvas = Canvas::new(520.0, 298.0);
+    let mut canvas = Canvas::new(COLUMN_WIDTH, 228.0);
     panel.grid(&mut canvas);
     draw_episodes(&mut canvas, &panel, &command, &millions, returns, omega_v);
     panel.frame(&mut canvas, true);
     panel.x_title(&mut canvas, "steps (millions)");
-    panel.y_title(&mut canvas, "return of the episode", 52.0);
+    let distance = Panel::y_title_distance(&panel.y).min(45.0);
+    panel.y_title(&mut canvas, "return of the episode", distance);
     draw_colour_bar(&mut canvas, &panel, &command);
     Ok(Figure {
         svg: canvas.finish(),
@@ -100,9 +102,9 @@ fn draw_episodes(
 
 fn draw_colour_bar(canvas: &mut Canvas, panel: &Panel, command: &Axis) {
     let area = Rect::new(
-        panel.area.right() + 16.0,
+        panel.area.right() + 10.0,
         panel.area.top,
-        13.0,
+        12.0,
         panel.area.height,
     );
     let height = area.height / SHADES as f64;

@@ -7,7 +7,7 @@
 //! - [`transition_figure`]: energies and speed over a change of gait, support phases shaded;
 //! - [`animate`]: the body on its way, as a GIF;
 //! - [`Frames`]: the same frame by frame, [`write_film`] and [`write_frames`] to files; [`Snapshot`]: a body at one instant;
-//! - [`strobe`]: a stride at a glance;
+//! - [`strobe`], [`strobe_within`]: a stride at a glance;
 //! - [`sweep_figure`]: speed, cost of transport and support against the command;
 //! - [`charts_figure`], [`bars_figure`]: panels of lines and points, bars made of parts;
 //! - [`settings_figure`]: what several settings reached, seed by seed;
@@ -57,6 +57,6 @@ pub use frames::{Frames, Picture, Snapshot};
 pub use intervals::{IntervalPanel, IntervalPoint, intervals_figure};
 pub use learning::{LearningCurves, episode_returns_figure, learning_curves_figure};
 pub use settings::{Setting, settings_figure};
-pub use strobe::{stride_at, strobe};
+pub use strobe::{stride_at, strobe, strobe_within};
 pub use sweep::{SweepPoint, SweepSeries, sweep_figure};
 pub use transition::{FigureOptions, transition_figure};

@@ -25,6 +25,7 @@ const EDGE: f64 = 6.0;
 ///
 /// Bodies and heights are to scale. The horizontal axis is time: poses stand as far apart as the body
 /// travels at its mean speed, or further where they would hide each other; the picture says by how much.
+/// [`strobe_within`] keeps to a width.
 ///
 /// # Errors
 /// [`FigureError::Empty`] or [`FigureError::TimeRange`] if fewer than two rows lie in the range,
@@ -36,6 +37,27 @@ pub fn strobe(
     to_s: f64,
     poses: usize,
 ) -> Result<Figure, FigureError> {
+    strobe_within(recording, from_s, to_s, poses, f64::INFINITY)
+}
+
+/// [`strobe`] at most `width` user units wide: where it would be wider, the bodies are smaller.
+///
+/// # Errors
+/// Those of [`strobe`], and [`FigureError::Option`] for a width of less than 100.
+pub fn strobe_within(
+    recording: &Recording,
+    from_s: f64,
+    to_s: f64,
+    poses: usize,
+    width: f64,
+) -> Result<Figure, FigureError> {
+    if width.is_nan() || width < 100.0 {
+        return Err(FigureError::Option {
+            name: "width",
+            value: width,
+            allowed: "100 or more",
+        });
+    }
     if !(2..=60).contains(&poses) {
         return Err(FigureError::Option {
             name: "poses",
@@ -56,14 +78,9 @@ pub fn strobe(
         });
     }
 
-    let scale = LEG / body.leg_length_m;
     let interval_s = duration_s / (poses - 1) as f64;
     let x = motion.values(column::X_M);
     let way = x[x.len() - 1] - x[0];
-    let travelled = way / (poses - 1) as f64 * scale;
-    let spacing = travelled.clamp(LEAST_SPACING * LEG, 4.0 * LEG);
-
-    // Whole bodies, however far their feet reach beyond the first and the last hip.
     let poses: Vec<(f64, Pose)> = (0..poses)
         .map(|i| {
             let time_s = first_s + i as f64 * interval_s;
@@ -71,15 +88,38 @@ pub fn strobe(
         })
         .collect();
     let between = (poses.len() - 1) as f64;
-    let (mut left_margin, mut right_margin) = (LEAST_MARGIN * LEG, LEAST_MARGIN * LEG);
-    for (i, (_, pose)) in poses.iter().enumerate() {
-        let (back, front) = biped::reach(&body, pose);
-        let from_first = spacing * i as f64;
-        left_margin = left_margin.max(EDGE - back * scale - from_first);
-        right_margin = right_margin.max(EDGE + front * scale - (spacing * between - from_first));
-    }
+    let travelled_m = way / between;
+    let spacing = |leg: f64| {
+        let travelled = travelled_m * leg / body.leg_length_m;
+        travelled.clamp(LEAST_SPACING * leg, 4.0 * leg)
+    };
+    // Whole bodies, however far their feet reach beyond the first and the last hip.
+    let margins = |leg: f64| {
+        let (mut left, mut right) = (LEAST_MARGIN * leg, LEAST_MARGIN * leg);
+        for (i, (_, pose)) in poses.iter().enumerate() {
+            let (back, front) = biped::reach(&body, pose);
+            let scale = leg / body.leg_length_m;
+            let from_first = spacing(leg) * i as f64;
+            left = left.max(EDGE - back * scale - from_first);
+            right = right.max(EDGE + front * scale - (spacing(leg) * between - from_first));
+        }
+        (left, right)
+    };
+    let full_width = |leg: f64| spacing(leg) * between + margins(leg).0 + margins(leg).1;
+    // All of it but the edges grows with the leg.
+    let shrunk = (width - 2.0 * EDGE) / (full_width(LEG) - 2.0 * EDGE).max(1.0);
+    let leg = LEG * shrunk.min(1.0);
+    let scale = leg / body.leg_length_m;
+    let (spacing, (left_margin, right_margin)) = (spacing(leg), margins(leg));
+    let travelled = travelled_m * scale;
     let width = spacing * between + left_margin + right_margin;
-    let ground = 1.42 * LEG + 12.0;
+    let profile = Ground::of(recording);
+    // Under the note there is room for the highest trunk.
+    let highest_m = poses
+        .iter()
+        .map(|(_, pose)| pose.z - profile.height(pose.x) + biped::above_hip(&body));
+    let highest = highest_m.fold(0.0, f64::max) * scale;
+    let ground = 24.0 + highest.clamp(leg, 1.6 * leg);
     let bars = Rect::new(left_margin, ground + 18.0, spacing * between, 22.0);
     let mut canvas = Canvas::new(width, bars.bottom() + 42.0);
 
@@ -92,7 +132,6 @@ pub fn strobe(
     );
 
     let left_of = |time_s: f64| left_margin + (time_s - first_s) / duration_s * bars.width;
-    let profile = Ground::of(recording);
     let view = View {
         x_m: 0.0,
         z_m: 0.0,
@@ -144,7 +183,7 @@ pub fn strobe(
         );
     }
     axis.x_title(&mut canvas, "time (s)");
-    let note = if travelled > 0.01 * LEG {
+    let note = if travelled > 0.01 * leg {
         let stretch = spacing / travelled;
         if (stretch - 1.0).abs() < 0.005 {
             "distances to scale".to_owned()

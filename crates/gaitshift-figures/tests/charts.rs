@@ -148,3 +148,148 @@ fn ten_parts_look_like_ten() {
     // Two are white, one of them hatched.
     assert_eq!(fills.len(), 9);
 }
+
+/// The numbers of an attribute in all lines that contain `of`.
+fn numbers(svg: &str, of: &str, attribute: &str) -> Vec<f64> {
+    let named = format!(" {attribute}=\"");
+    let lines = svg.lines().filter(|line| line.contains(of));
+    lines
+        .filter_map(|line| line.split(&named).nth(1)?.split('"').next()?.parse().ok())
+        .collect()
+}
+
+// The title of a panel's vertical axis stood at a fixed distance, and numbers as long as 0.015 ran into it.
+#[test]
+fn titles_keep_clear_of_long_numbers() {
+    let small = Series::marks("a", vec![(0.0, 0.0), (1.0, 0.015)]);
+    let svg = charts_figure(
+        &[chart(vec![series("a", 0.0)]), chart(vec![small])],
+        2,
+        680.0,
+        120.0,
+    )
+    .unwrap()
+    .svg;
+    let titles = numbers(&svg, ">share</text>", "x");
+    // The frames of the two panels, after the sheet.
+    let frames: Vec<f64> = numbers(&svg, "fill=\"none\" stroke=\"#222222\"", "x");
+    assert_eq!((titles.len(), frames.len()), (2, 2));
+    // 0.015 in letters of 11 units is some 31 wide, and 6.5 from its panel.
+    assert!(frames[1] - titles[1] > 40.0, "{titles:?} {frames:?}");
+    assert!(frames[0] - titles[0] < frames[1] - titles[1]);
+}
+
+#[test]
+fn a_title_longer_than_its_axis_is_set_smaller() {
+    let long = Chart {
+        y_title: "mean change of the total energy within a period (J)".to_owned(),
+        ..chart(vec![series("a", 0.0)])
+    };
+    let svg = charts_figure(&[long], 1, COLUMN_WIDTH, 120.0).unwrap().svg;
+    let sizes = numbers(&svg, "rotate(-90", "font-size");
+    assert!(sizes.iter().all(|&size| size < 11.0), "{sizes:?}");
+}
+
+#[test]
+fn falls_are_crosses_over_the_panel_in_a_row_for_each_series() {
+    let rising = series("rising", 0.0).fell_at(vec![1.5, 2.5]);
+    let falling = Series::marks("falling", Vec::new()).fell_at(vec![3.0]);
+    let svg = charts_figure(&[chart(vec![rising, falling])], 1, COLUMN_WIDTH, 120.0)
+        .unwrap()
+        .svg;
+    let top = numbers(
+        &svg,
+        "fill=\"none\" stroke=\"#222222\" stroke-width=\"0.8\"",
+        "y",
+    )[0];
+    let crosses = |colour: &str| {
+        let stroke = format!("stroke=\"{colour}\" stroke-width=\"1.4\"");
+        numbers(&svg, &stroke, "y1")
+    };
+    // Two strokes each.
+    let (blue, orange) = (crosses("#0072b2"), crosses("#d55e00"));
+    assert_eq!((blue.len(), orange.len()), (4, 2));
+    assert!(blue.iter().chain(&orange).all(|&y| y < top));
+    let lowest = blue.iter().copied().fold(0.0, f64::max);
+    assert!(orange.iter().all(|&y| y > lowest - 1.0));
+    assert_eq!(svg.matches(">fell (over the panel)</text>").count(), 1);
+    let none = charts_figure(&[chart(vec![series("a", 0.0)])], 1, COLUMN_WIDTH, 120.0);
+    assert!(!none.unwrap().svg.contains("fell"));
+}
+
+#[test]
+fn runs_lie_thin_in_a_band_below_their_mean() {
+    let run = |shift: f64| vec![(0.0, shift), (1.0, 1.0 + shift)];
+    let mean = Series::line("experiment", run(0.5))
+        .of_runs(vec![run(0.0), run(1.0)])
+        .within(vec![(0.0, 0.1, 0.9), (1.0, 1.1, 1.9)]);
+    let svg = charts_figure(&[chart(vec![mean])], 1, COLUMN_WIDTH, 120.0)
+        .unwrap()
+        .svg;
+    let widths = numbers(&svg, "<polyline", "stroke-width");
+    assert_eq!(widths, [0.6, 0.6, 2.2]);
+    assert_eq!(svg.matches("fill-opacity=\"0.18\"").count(), 1);
+    // The axis reaches to the runs, and the legend has one entry.
+    assert!(svg.contains(">0.0</text>") && svg.contains(">2.0</text>"));
+    assert_eq!(svg.matches(">experiment</text>").count(), 1);
+}
+
+#[test]
+fn more_series_than_colours_differ_in_dashes_and_marks() {
+    let all: Vec<Series> = (0..12)
+        .map(|k| Series::line(&format!("s{k}"), vec![(0.0, f64::from(k)), (1.0, 0.0)]))
+        .collect();
+    let svg = charts_figure(&[chart(all)], 1, 680.0, 120.0).unwrap().svg;
+    let looks: std::collections::BTreeSet<&str> = svg
+        .lines()
+        .filter(|line| line.starts_with("<polyline"))
+        .filter_map(|line| line.split("\" fill").nth(1))
+        .collect();
+    assert_eq!(looks.len(), 12);
+}
+
+#[test]
+fn equal_factors_lie_equally_far_apart_on_a_logarithmic_axis() {
+    let series = |low: f64| Series::marks("a", vec![(0.0, low), (1.0, 1.0), (2.0, 2.0)]);
+    let logarithmic = |low: f64| {
+        let chart = Chart {
+            y_log: true,
+            ..chart(vec![series(low)])
+        };
+        charts_figure(&[chart], 1, COLUMN_WIDTH, 120.0)
+    };
+    let svg = logarithmic(0.5).unwrap().svg;
+    let heights = numbers(&svg, "r=\"2.6\"", "cy");
+    // The entry of the legend comes first.
+    assert!((heights[1] - heights[2] - (heights[2] - heights[3])).abs() < 0.03);
+    for number in ["0.5", "1", "2"] {
+        assert!(svg.contains(&format!(">{number}</text>")), "{number}");
+    }
+    assert!(matches!(
+        logarithmic(0.0),
+        Err(FigureError::Option { name: "y_log", .. })
+    ));
+}
+
+#[test]
+fn no_line_of_the_grid_runs_through_the_word_of_a_level() {
+    let levels = Chart {
+        levels: vec![(2.3, "people".to_owned())],
+        x_levels: vec![(1.5, "journal".to_owned())],
+        ..chart(vec![series("a", 0.0)])
+    };
+    let svg = charts_figure(&[levels], 1, COLUMN_WIDTH, 120.0)
+        .unwrap()
+        .svg;
+    let lines: Vec<&str> = svg.lines().collect();
+    for word in [">people</text>", ">journal</text>"] {
+        let at = lines.iter().position(|line| line.contains(word)).unwrap();
+        assert!(
+            lines[at - 1].contains("fill=\"#ffffff\""),
+            "{}",
+            lines[at - 1]
+        );
+        let faint = |line: &&&str| line.contains("#dddddd");
+        assert_eq!(lines[at..].iter().filter(faint).count(), 0);
+    }
+}

@@ -6,11 +6,10 @@ mod common;
 use common::{count, drawn_size, keep, metadata};
 use gaitshift_analysis::recording::{COLUMNS, Column, Recording, column};
 use gaitshift_body::{Body, BodyParameters, BodyState};
-use gaitshift_figures::{Figure, FigureError, stride_at, strobe};
+use gaitshift_figures::{Figure, FigureError, stride_at, strobe, strobe_within};
 
 /// User units for a metre at the default leg length of 0.8 m.
 const SCALE: f64 = 105.0 / 0.8;
-const GROUND: f64 = 1.42 * 105.0 + 12.0;
 /// Width of the line that draws a sole: the diameter of its spheres.
 const SOLE: f64 = 2.0 * 0.012 * SCALE;
 
@@ -59,6 +58,13 @@ fn no_foot_is_cut_off() {
     }
 }
 
+/// Where the line of the ground lies.
+fn ground(figure: &Figure) -> f64 {
+    let line = figure.svg.lines().find(|line| line.contains("#7d7468"));
+    let y = line.and_then(|line| line.split("y1=\"").nth(1)).unwrap();
+    y.split('"').next().unwrap().parse().unwrap()
+}
+
 /// Height of the lowest point of each sole over the ground in m; left and right leg of each pose.
 fn clearances(figure: &Figure) -> Vec<f64> {
     let lowest = |sole: &Vec<(f64, f64)>| {
@@ -66,9 +72,45 @@ fn clearances(figure: &Figure) -> Vec<f64> {
             .iter()
             .map(|point| point.1)
             .fold(f64::NEG_INFINITY, f64::max);
-        (GROUND - deepest) / SCALE - 0.012
+        (ground(figure) - deepest) / SCALE - 0.012
     };
     polylines(figure, SOLE).iter().map(lowest).collect()
+}
+
+// Strobe pictures of a report were 204 and 197 mm wide, more than both columns of a journal, under a strip of nothing.
+#[test]
+fn a_picture_keeps_to_its_width_and_to_the_height_of_its_bodies() {
+    let recording = common::transition();
+    for (time_s, poses) in [(1.2, 10), (4.6, 10), (4.6, 20)] {
+        let (from_s, to_s) = stride_at(&recording, time_s).unwrap();
+        let within = strobe_within(&recording, from_s, to_s, poses, 680.0).unwrap();
+        let (width, _) = drawn_size(&within);
+        assert!((660.0..=680.0).contains(&width), "{width}");
+        assert_eq!(count(&within.svg, "<circle"), poses);
+        keep(
+            &format!("within_{poses}_{time_s}.png"),
+            &within.to_png(2.0).unwrap(),
+        );
+        // The highest thing below the note, which ends at 18, is a trunk.
+        let pixels = common::pixels(&within, 1.0);
+        // The last column may be covered in part.
+        let row_is_white = |y: u32| {
+            (0..pixels.width() - 1).all(|x| {
+                let pixel = pixels.pixel(x, y).unwrap();
+                pixel.red() > 250 && pixel.green() > 250 && pixel.blue() > 250
+            })
+        };
+        let empty = (19..100).take_while(|&y| row_is_white(y)).count();
+        assert!(
+            (1..=20).contains(&empty),
+            "{empty} empty rows at {time_s} s, {poses} poses"
+        );
+    }
+    let (from_s, to_s) = stride_at(&recording, 1.2).unwrap();
+    let wide = strobe_within(&recording, from_s, to_s, 3, 5000.0).unwrap();
+    assert_eq!(wide.svg, strobe(&recording, from_s, to_s, 3).unwrap().svg);
+    let error = strobe_within(&recording, from_s, to_s, 3, 10.0).unwrap_err();
+    assert!(matches!(error, FigureError::Option { name: "width", .. }));
 }
 
 /// A recording of one pose, held for two rows.
@@ -230,8 +272,10 @@ fn poses_between_rows_are_between_their_poses() {
             .svg
             .lines()
             .filter(|line| line.starts_with("<circle"));
-        hips.map(|line| (GROUND - line.split('"').nth(3).unwrap().parse::<f64>().unwrap()) / SCALE)
-            .collect::<Vec<_>>()
+        hips.map(|line| {
+            (ground(&figure) - line.split('"').nth(3).unwrap().parse::<f64>().unwrap()) / SCALE
+        })
+        .collect::<Vec<_>>()
     };
     for (found, expected) in heights(&recording([0.9, 1.1]))
         .into_iter()

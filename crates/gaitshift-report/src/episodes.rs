@@ -1,7 +1,8 @@
 //! The episodes of a training run, read back from its folder.
 
 use crate::ReportError;
-use serde::Deserialize;
+use gaitshift_analysis::statistics::mean;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Every episode of a run, in the order of time.
@@ -24,6 +25,19 @@ struct Line {
     omega_v: f64,
     total_reward: f64,
     ended: String,
+}
+
+/// A tenth of a training run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Stretch {
+    /// Environment steps at which it begins.
+    pub from_step: f64,
+    /// Environment steps at which it ends.
+    pub to_step: f64,
+    /// Mean return of the episodes that end in it.
+    pub mean_return: f64,
+    /// Share of them that ended in a fall.
+    pub falls: f64,
 }
 
 /// The last part of training, as a share of its steps, whose episodes tell what came of it.
@@ -64,5 +78,27 @@ impl Episodes {
         let late = &self.fell[first..];
         let falls = late.iter().filter(|&&fell| fell).count();
         (!late.is_empty()).then(|| falls as f64 / late.len() as f64)
+    }
+
+    /// The tenths of the training, by its last episode; those without an episode are left out.
+    pub fn tenths(&self) -> Vec<Stretch> {
+        let last = self.steps.last().copied().unwrap_or_default();
+        let place = |tenth: u32| {
+            let step = last * f64::from(tenth) / 10.0;
+            // An episode that ends with a tenth belongs to it.
+            (step, self.steps.partition_point(|&s| s <= step))
+        };
+        (0..10)
+            .filter_map(|tenth| {
+                let ((from_step, first), (to_step, end)) = (place(tenth), place(tenth + 1));
+                let falls = self.fell[first..end].iter().filter(|&&fell| fell).count();
+                Some(Stretch {
+                    from_step,
+                    to_step,
+                    mean_return: mean(&self.returns[first..end])?,
+                    falls: falls as f64 / (end - first) as f64,
+                })
+            })
+            .collect()
     }
 }

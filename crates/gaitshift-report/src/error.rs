@@ -21,6 +21,11 @@ pub enum ReportError {
         /// What is wrong, with the line where there is one.
         cause: String,
     },
+    /// It was asked to stop.
+    #[error(
+        "stopped; what was measured of runs is kept in their folders, and the same command continues"
+    )]
+    Stopped,
     /// A motion that cannot be recorded.
     #[error("{0}")]
     Motion(#[from] gaitshift_analysis::recording::RowError),

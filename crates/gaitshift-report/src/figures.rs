@@ -11,7 +11,7 @@ mod training;
 
 use crate::study::{Measured, Plan, Study};
 use crate::table::Table;
-use crate::{ReportError, Subject};
+use crate::{Episodes, ReportError, Subject};
 use gaitshift_figures::Figure;
 
 /// A figure with its title, what it says, and its numbers.
@@ -26,9 +26,9 @@ pub(crate) struct Shown {
     pub wide: bool,
 }
 
-/// The figures over all subjects.
-pub(crate) fn of_all(measured: &[Measured]) -> Result<Vec<Shown>, ReportError> {
-    let studies: Vec<&Study> = measured.iter().map(|m| &m.study).collect();
+/// The figures over all subjects, each with the episodes of its training.
+pub(crate) fn of_all(runs: &[(&Study, &Episodes)]) -> Result<Vec<Shown>, ReportError> {
+    let studies: Vec<&Study> = runs.iter().map(|(study, _)| *study).collect();
     Ok(vec![commands::sweep(&studies)?, commands::cost(&studies)?])
 }
 

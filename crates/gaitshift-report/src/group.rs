@@ -1,6 +1,6 @@
 //! The seeds of one experiment together.
 
-use crate::claims::{Finding, judge_claims};
+use crate::claims::is_claimed;
 use crate::headline::{HeadlineNumber, headline_numbers};
 use crate::study::Study;
 use serde::Serialize;
@@ -10,7 +10,8 @@ use serde::Serialize;
 pub(crate) struct Group {
     pub name: String,
     pub seeds: Vec<u64>,
-    pub findings: Vec<Finding>,
+    /// Whether claims are about it; otherwise it stands beside them.
+    pub claimed: bool,
     pub numbers: Vec<HeadlineNumber>,
 }
 
@@ -32,7 +33,7 @@ impl Group {
             Self {
                 name: name.to_owned(),
                 seeds: own.iter().map(|s| s.seed).collect(),
-                findings: judge_claims(&own),
+                claimed: is_claimed(name),
                 numbers: headline_numbers(&own),
             }
         };

@@ -1,6 +1,7 @@
 //! What the papers do not say: the numbers that the field would ask for next, beside those of people.
 
 use crate::seeds::{Values, interval};
+use crate::source::Source::{self, Evaluated, Report, Swept};
 use crate::study::{Steady, Study};
 use gaitshift_analysis::{GaitClass, GaitSummary};
 use gaitshift_experiment::Estimate;
@@ -17,8 +18,8 @@ pub struct HeadlineNumber {
     pub seeds: Vec<Option<f64>>,
     /// Interquartile mean over seeds with its interval.
     pub estimate: Option<Estimate>,
-    /// The command that shows it.
-    pub command: &'static str,
+    #[serde(skip)]
+    pub(crate) shown_by: Source,
 }
 
 impl HeadlineNumber {
@@ -44,43 +45,43 @@ struct Number {
     name: &'static str,
     people: &'static str,
     of: fn(&Study) -> Option<f64>,
-    command: &'static str,
+    shown_by: Source,
 }
 
 #[rustfmt::skip]
 const NUMBERS: [Number; 32] = [
-    Number { name: "greatest v²/(g l) of a steady walk", people: TRANSITION, of: |s| greatest(s, GaitClass::Walking).map(|froude| froude * froude), command: "gaitshift report" },
-    Number { name: "least v²/(g l) of a steady run", people: TRANSITION, of: |s| least(s, GaitClass::Running).map(|froude| froude * froude), command: "gaitshift report" },
-    Number { name: "gap in Froude number v/√(g l) between walk and run", people: "", of: |s| Some(least(s, GaitClass::Running)? - greatest(s, GaitClass::Walking)?), command: "gaitshift report" },
-    Number { name: "command at which running begins when the command rises", people: "", of: running_begins, command: "gaitshift report" },
-    Number { name: "command down to which running is kept when the command falls", people: "", of: running_is_kept, command: "gaitshift report" },
-    Number { name: "width of the hysteresis in ω_v", people: HYSTERESIS, of: |s| Some(running_begins(s)? - running_is_kept(s)?), command: "gaitshift report" },
-    Number { name: "number of commands at which random starts end in both gaits", people: "", of: |s| Some(two_gaits(s).len() as f64), command: "gaitshift report" },
-    Number { name: "energy recovery of the centre of mass at ω_v = 0", people: RECOVERY_WALK, of: |s| s.at(0.0)?.energy_recovery, command: "gaitshift evaluate --json" },
-    Number { name: "greatest energy recovery of a steady walk", people: RECOVERY_WALK, of: best_recovery_walking, command: "gaitshift evaluate --omega-v 0:0.5:0.05 --json" },
-    Number { name: "energy recovery of the centre of mass at ω_v = 3", people: RECOVERY_RUN, of: |s| s.at(3.0)?.energy_recovery, command: "gaitshift evaluate --json" },
-    Number { name: "peak vertical force at ω_v = 0 (body weights)", people: PEAK_WALK, of: |s| peak(s.at(0.0)?), command: "gaitshift evaluate --json" },
-    Number { name: "peak vertical force at ω_v = 3 (body weights)", people: PEAK_RUN, of: |s| peak(s.at(3.0)?), command: "gaitshift evaluate --json" },
-    Number { name: "downward speed of the sole at touchdown, ω_v = 3 (m/s)", people: "", of: |s| Some(landing(s, 3.0)?.sole_down_m_per_s), command: "gaitshift report" },
-    Number { name: "forward speed of the sole at touchdown, ω_v = 3 (m/s)", people: "", of: |s| Some(landing(s, 3.0)?.sole_forward_m_per_s), command: "gaitshift report" },
-    Number { name: "share of the leg force's variance explained by leg length, ω_v = 3", people: SPRING_MASS, of: |s| landing(s, 3.0)?.spring_like, command: "gaitshift report" },
-    Number { name: "cost of transport with negative work, ω_v = 0", people: "", of: |s| s.at(0.0)?.absolute_cost_of_transport, command: "gaitshift evaluate --json" },
-    Number { name: "cost of transport with negative work, ω_v = 3", people: "", of: |s| s.at(3.0)?.absolute_cost_of_transport, command: "gaitshift evaluate --json" },
-    Number { name: "share of ∫|F| dt that presses on an end stop, ω_v = 3", people: "", of: |s| s.at(3.0)?.force_share_at_stops, command: "gaitshift evaluate --json" },
-    Number { name: "losses within 50 ms after touchdown, ω_v = 3", people: "", of: |s| s.at(3.0)?.losses_soon_after_touchdown, command: "gaitshift evaluate --json" },
-    Number { name: "deviation of the phase between the hips from stride to stride, greatest on the stairs (rad)", people: FLUCTUATIONS, of: |s| least_steady_stair(s)?.summary.hip_phase_deviation_rad, command: "gaitshift report" },
-    Number { name: "command on the stairs at which it is greatest", people: FLUCTUATIONS, of: |s| Some(least_steady_stair(s)?.omega_v), command: "gaitshift report" },
-    Number { name: "the same deviation at ω_v = 0 (rad)", people: "", of: |s| s.at(0.0)?.hip_phase_deviation_rad, command: "gaitshift evaluate --json" },
-    Number { name: "clearance of a foot swinging past the other, ω_v = 0 (m)", people: "", of: |s| clearance(s.at(0.0)?), command: "gaitshift evaluate --json" },
-    Number { name: "clearance of a foot swinging past the other, ω_v = 3 (m)", people: "", of: |s| clearance(s.at(3.0)?), command: "gaitshift evaluate --json" },
-    Number { name: "slip: friction of standing feet, ω_v = 0 (J/m)", people: "", of: |s| s.at(0.0)?.slip_work_j_per_m, command: "gaitshift evaluate --json" },
-    Number { name: "slip: friction of standing feet, ω_v = 3 (J/m)", people: "", of: |s| s.at(3.0)?.slip_work_j_per_m, command: "gaitshift evaluate --json" },
-    Number { name: "drag: friction of swinging feet, ω_v = 0 (J/m)", people: "", of: |s| s.at(0.0)?.drag_work_j_per_m, command: "gaitshift evaluate --json" },
-    Number { name: "drag: friction of swinging feet, ω_v = 3 (J/m)", people: "", of: |s| s.at(3.0)?.drag_work_j_per_m, command: "gaitshift evaluate --json" },
-    Number { name: "variation of the step time, ω_v = 0 (deviation over mean)", people: "", of: |s| step_time_variation(s.at(0.0)?), command: "gaitshift evaluate --json" },
-    Number { name: "variation of the step time, ω_v = 3 (deviation over mean)", people: "", of: |s| step_time_variation(s.at(3.0)?), command: "gaitshift evaluate --json" },
-    Number { name: "correlation of leg springs' and kinetic energy, single support, ω_v = 3", people: "", of: |s| s.at(3.0)?.leg_spring_kinetic_correlation_single_support, command: "gaitshift evaluate --json" },
-    Number { name: "correlation of hip springs' and kinetic energy, single support, ω_v = 3", people: "", of: |s| s.at(3.0)?.hip_spring_kinetic_correlation_single_support, command: "gaitshift evaluate --json" },
+    Number { name: "greatest v²/(g l) of a steady walk", people: TRANSITION, of: |s| greatest(s, GaitClass::Walking).map(|froude| froude * froude), shown_by: Report },
+    Number { name: "least v²/(g l) of a steady run", people: TRANSITION, of: |s| least(s, GaitClass::Running).map(|froude| froude * froude), shown_by: Report },
+    Number { name: "gap in Froude number v/√(g l) between walk and run", people: "", of: |s| Some(least(s, GaitClass::Running)? - greatest(s, GaitClass::Walking)?), shown_by: Report },
+    Number { name: "command at which running begins when the command rises", people: "", of: running_begins, shown_by: Report },
+    Number { name: "command down to which running is kept when the command falls", people: "", of: running_is_kept, shown_by: Report },
+    Number { name: "width of the hysteresis in ω_v", people: HYSTERESIS, of: |s| Some(running_begins(s)? - running_is_kept(s)?), shown_by: Report },
+    Number { name: "number of commands at which random starts end in both gaits", people: "", of: |s| Some(two_gaits(s).len() as f64), shown_by: Report },
+    Number { name: "energy recovery of the centre of mass at ω_v = 0", people: RECOVERY_WALK, of: |s| s.at(0.0)?.energy_recovery, shown_by: Evaluated(0.0, "energy_recovery") },
+    Number { name: "greatest energy recovery of a steady walk", people: RECOVERY_WALK, of: best_recovery_walking, shown_by: Swept("greatest energy_recovery of rows whose gait is walking") },
+    Number { name: "energy recovery of the centre of mass at ω_v = 3", people: RECOVERY_RUN, of: |s| s.at(3.0)?.energy_recovery, shown_by: Evaluated(3.0, "energy_recovery") },
+    Number { name: "peak vertical force at ω_v = 0 (body weights)", people: PEAK_WALK, of: |s| peak(s.at(0.0)?), shown_by: Evaluated(0.0, "mean of peak_force_right_body_weights and peak_force_left_body_weights") },
+    Number { name: "peak vertical force at ω_v = 3 (body weights)", people: PEAK_RUN, of: |s| peak(s.at(3.0)?), shown_by: Evaluated(3.0, "mean of peak_force_right_body_weights and peak_force_left_body_weights") },
+    Number { name: "downward speed of the sole at touchdown, ω_v = 3 (m/s)", people: "", of: |s| Some(landing(s, 3.0)?.sole_down_m_per_s), shown_by: Report },
+    Number { name: "forward speed of the sole at touchdown, ω_v = 3 (m/s)", people: "", of: |s| Some(landing(s, 3.0)?.sole_forward_m_per_s), shown_by: Report },
+    Number { name: "share of the leg force's variance explained by leg length, ω_v = 3", people: SPRING_MASS, of: |s| landing(s, 3.0)?.spring_like, shown_by: Report },
+    Number { name: "cost of transport with negative work, ω_v = 0", people: "", of: |s| s.at(0.0)?.absolute_cost_of_transport, shown_by: Evaluated(0.0, "absolute_cost_of_transport") },
+    Number { name: "cost of transport with negative work, ω_v = 3", people: "", of: |s| s.at(3.0)?.absolute_cost_of_transport, shown_by: Evaluated(3.0, "absolute_cost_of_transport") },
+    Number { name: "share of ∫|F| dt that presses on an end stop, ω_v = 3", people: "", of: |s| s.at(3.0)?.force_share_at_stops, shown_by: Evaluated(3.0, "force_share_at_stops") },
+    Number { name: "losses within 50 ms after touchdown, ω_v = 3", people: "", of: |s| s.at(3.0)?.losses_soon_after_touchdown, shown_by: Evaluated(3.0, "losses_soon_after_touchdown") },
+    Number { name: "deviation of the phase between the hips from stride to stride, greatest on the stairs (rad)", people: FLUCTUATIONS, of: |s| least_steady_stair(s)?.summary.hip_phase_deviation_rad, shown_by: Report },
+    Number { name: "command on the stairs at which it is greatest", people: FLUCTUATIONS, of: |s| Some(least_steady_stair(s)?.omega_v), shown_by: Report },
+    Number { name: "the same deviation at ω_v = 0 (rad)", people: "", of: |s| s.at(0.0)?.hip_phase_deviation_rad, shown_by: Evaluated(0.0, "hip_phase_deviation_rad") },
+    Number { name: "clearance of a foot swinging past the other, ω_v = 0 (m)", people: "", of: |s| clearance(s.at(0.0)?), shown_by: Evaluated(0.0, "mean of clearance_right_m and clearance_left_m") },
+    Number { name: "clearance of a foot swinging past the other, ω_v = 3 (m)", people: "", of: |s| clearance(s.at(3.0)?), shown_by: Evaluated(3.0, "mean of clearance_right_m and clearance_left_m") },
+    Number { name: "slip: friction of standing feet, ω_v = 0 (J/m)", people: "", of: |s| s.at(0.0)?.slip_work_j_per_m, shown_by: Evaluated(0.0, "slip_work_j_per_m") },
+    Number { name: "slip: friction of standing feet, ω_v = 3 (J/m)", people: "", of: |s| s.at(3.0)?.slip_work_j_per_m, shown_by: Evaluated(3.0, "slip_work_j_per_m") },
+    Number { name: "drag: friction of swinging feet, ω_v = 0 (J/m)", people: "", of: |s| s.at(0.0)?.drag_work_j_per_m, shown_by: Evaluated(0.0, "drag_work_j_per_m") },
+    Number { name: "drag: friction of swinging feet, ω_v = 3 (J/m)", people: "", of: |s| s.at(3.0)?.drag_work_j_per_m, shown_by: Evaluated(3.0, "drag_work_j_per_m") },
+    Number { name: "variation of the step time, ω_v = 0 (deviation over mean)", people: "", of: |s| step_time_variation(s.at(0.0)?), shown_by: Evaluated(0.0, "mean of step_time_variation_right and step_time_variation_left") },
+    Number { name: "variation of the step time, ω_v = 3 (deviation over mean)", people: "", of: |s| step_time_variation(s.at(3.0)?), shown_by: Evaluated(3.0, "mean of step_time_variation_right and step_time_variation_left") },
+    Number { name: "correlation of leg springs' and kinetic energy, single support, ω_v = 3", people: "", of: |s| s.at(3.0)?.leg_spring_kinetic_correlation_single_support, shown_by: Evaluated(3.0, "leg_spring_kinetic_correlation_single_support") },
+    Number { name: "correlation of hip springs' and kinetic energy, single support, ω_v = 3", people: "", of: |s| s.at(3.0)?.hip_spring_kinetic_correlation_single_support, shown_by: Evaluated(3.0, "hip_spring_kinetic_correlation_single_support") },
 ];
 
 /// The numbers of an experiment's seeds.
@@ -94,10 +95,19 @@ pub fn headline_numbers(studies: &[&Study]) -> Vec<HeadlineNumber> {
                 people: number.people,
                 estimate: values.estimate(),
                 seeds: values.0,
-                command: number.command,
+                shown_by: number.shown_by,
             }
         })
         .collect()
+}
+
+/// Motions under commands of a range, both ends included.
+pub(crate) fn by_command<'a>(
+    rows: impl IntoIterator<Item = &'a Steady>,
+    [low, high]: [f64; 2],
+) -> impl Iterator<Item = &'a Steady> {
+    rows.into_iter()
+        .filter(move |row| (low..=high).contains(&row.omega_v))
 }
 
 /// All steady motions of a study, however they were reached.

@@ -3,8 +3,8 @@
 //!
 //! - [`Subject`]: a controller, the seed it was trained with, and what it is a seed of;
 //! - [`Plan`] and [`Study`]: what is measured, and what was found, of one subject;
-//! - [`Claim`] and [`judge_claims`]: the papers' claims with verdicts that are computed;
-//! - [`write_report`]: the page, its figures and its numbers;
+//! - [`judge_claims`]: the papers' claims with verdicts that are computed;
+//! - [`write_report`]: the page, its figures and its numbers, measured on several threads;
 //! - [`study_experiments`]: the training runs of the study.
 //!
 //! Nothing is random but starts and noise, which seeds draw: the same subjects and plan give the same files, byte for byte.
@@ -19,14 +19,15 @@ mod headline;
 mod page;
 mod return_map;
 mod seeds;
+mod source;
 mod study;
 mod subject;
 mod table;
 mod trace;
 mod write;
 
-pub use claims::{Claim, Finding, Verdict, judge_claims};
-pub use episodes::Episodes;
+pub use claims::{Finding, Judged, Verdict, judge_claims};
+pub use episodes::{Episodes, Stretch};
 pub use error::ReportError;
 pub use experiments::study_experiments;
 pub use headline::{HeadlineNumber, headline_numbers};
@@ -37,4 +38,4 @@ pub use study::{
 pub use subject::Subject;
 pub use table::Table;
 pub use trace::{Trace, TraceRow};
-pub use write::write_report;
+pub use write::{Work, write_report};

@@ -16,7 +16,7 @@ use crate::{ReportError, Subject};
 use gaitshift_body::{Body, BodyState, EnergyAccount};
 use gaitshift_experiment::{Control, Deterministic};
 use gaitshift_task::{ACTION_SIZE, Environment, OBSERVATION_SIZE, scale_observation};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Coordinates of a state on the section.
 const SIZE: usize = 20;
@@ -43,7 +43,7 @@ const LEAST_DEVIATION: f64 = 5e-6;
 pub type Section = [f64; SIZE];
 
 /// The fixed point of a gait's return map, and its largest multiplier.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ReturnMap {
     /// The command.
     pub omega_v: f64,
@@ -62,7 +62,7 @@ pub struct ReturnMap {
 }
 
 /// Largest amounts of a multiplier from differences of one width.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Differences {
     /// How far the state is moved, in m, rad, m/s and rad/s.
     pub width: f64,

@@ -2,7 +2,8 @@
 
 use crate::ReportError;
 use gaitshift_body::Body;
-use gaitshift_experiment::{Controller, RunName, portable_path};
+use gaitshift_experiment::{Controller, RunName, portable_path, quoted};
+use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 /// A controller, the seed of its training, and the experiment of which it is a seed.
@@ -20,6 +21,39 @@ pub struct Subject {
     pub body: Body,
     /// Folder of its run, where it has one.
     pub run: Option<PathBuf>,
+    /// How it is named on a command line, quoted for a shell; nothing for the controller that comes with the program.
+    pub argument: Option<String>,
+    /// Least and greatest command of its run's training, where it has a run's folder.
+    pub trained: Option<[f64; 2]>,
+}
+
+/// What is needed of a run's `config.toml` besides its name. Other keys are left alone, so that runs of other versions can be read.
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct Schedule {
+    curriculum: Phases,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct Phases {
+    phases: Vec<Commands>,
+}
+
+#[derive(Deserialize)]
+struct Commands {
+    omega_v: [f64; 2],
+    omega_v_end: Option<[f64; 2]>,
+}
+
+impl Schedule {
+    fn range(&self) -> Option<[f64; 2]> {
+        let phases = &self.curriculum.phases;
+        let ranges = phases.iter().map(|p| p.omega_v);
+        ranges
+            .chain(phases.iter().filter_map(|p| p.omega_v_end))
+            .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    }
 }
 
 impl Subject {
@@ -30,7 +64,7 @@ impl Subject {
     pub fn shipped() -> Result<Self, ReportError> {
         let controller =
             Controller::shipped().map_err(|cause| ReportError::Subject(cause.to_string()))?;
-        Self::new("shipped controller".to_owned(), controller, None)
+        Self::new("shipped controller".to_owned(), controller)
     }
 
     /// A controller file, or a run's folder for the best controller in it, which is then named after experiment and seed.
@@ -47,12 +81,19 @@ impl Subject {
                 controller.provenance.experiment, controller.provenance.seed
             );
         }
-        let mut subject = Self::new(name, controller, None)?;
+        let mut subject = Self::new(name, controller)?;
+        subject.argument = Some(quoted(&portable_path(path)));
         if !Controller::is_name(path) && path.join("config.toml").is_file() {
             let run = RunName::read(path).map_err(|cause| bad(cause.to_string()))?;
             subject.name = format!("{}, seed {}", run.name, run.seed);
             (subject.group, subject.seed) = (run.name, run.seed);
             subject.run = Some(path.to_owned());
+            let config = path.join("config.toml");
+            let schedule: Schedule = std::fs::read_to_string(&config)
+                .map_err(|cause| cause.to_string())
+                .and_then(|text| toml::from_str(&text).map_err(|cause| cause.to_string()))
+                .map_err(|cause| bad(format!("{}: {cause}", config.display())))?;
+            subject.trained = schedule.range();
         }
         Ok(subject)
     }
@@ -63,11 +104,7 @@ impl Subject {
         p.total_mass_kg() * p.gravity_m_per_s2
     }
 
-    fn new(
-        name: String,
-        controller: Controller,
-        run: Option<PathBuf>,
-    ) -> Result<Self, ReportError> {
+    fn new(name: String, controller: Controller) -> Result<Self, ReportError> {
         let body = Body::new(controller.body.clone())
             .map_err(|cause| ReportError::Subject(format!("{name}: {cause}")))?;
         Ok(Self {
@@ -76,7 +113,9 @@ impl Subject {
             name,
             controller,
             body,
-            run,
+            run: None,
+            argument: None,
+            trained: None,
         })
     }
 }

@@ -1,14 +1,18 @@
 //! Writes the page with its figures and numbers.
 
+use crate::claims::{Judged, judge_claims};
 use crate::figures::{self, Shown};
 use crate::group::Group;
-use crate::page;
-use crate::study::{Measured, Plan, Study};
+use crate::page::{self, Content, InFull};
+use crate::source::Commands;
+use crate::study::{Measured, Plan, Saying, Study};
 use crate::table::{Table, cell};
-use crate::{ReportError, Subject};
+use crate::{Episodes, ReportError, Subject};
 use gaitshift_experiment::folder_name;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Pixels for each unit of a figure, so that PNGs have 300 dots per inch at their own size.
 const PNG_SCALE: f64 = 300.0 / 96.0;
@@ -19,22 +23,42 @@ struct Numbers<'a> {
     format: &'static str,
     version: &'static str,
     plan: &'a Plan,
+    claims: &'a [Judged],
     experiments: &'a [Group],
-    studies: Vec<&'a Study>,
+    studies: &'a [Study],
+}
+
+/// How the measuring goes on.
+pub struct Work<'a> {
+    /// Controllers that are measured at a time.
+    pub threads: usize,
+    /// Told what is being measured, of whom.
+    pub say: &'a (dyn Fn(&str) + Sync),
+    /// Whether to stop; asked now and then.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// What is left of a subject that was measured.
+struct Done {
+    study: Study,
+    episodes: Episodes,
+    /// Of one that is shown in full.
+    figures: Option<Vec<Shown>>,
 }
 
 /// Measures the subjects and writes `report.html`, `report.json` and a folder of figures and tables into `folder`; gives the
-/// files written. `progress` is told what is being measured, of whom.
+/// files written. Of every experiment the first subject is shown in full, with figures; of the others there are numbers. What
+/// is measured of a run is kept in its folder.
 ///
-/// The same subjects and plan give the same bytes.
+/// The same subjects and plan give the same bytes, on any number of threads.
 ///
 /// # Errors
-/// Without subjects, and for a motion, figure or file that cannot be made.
+/// Without subjects, for a motion, figure or file that cannot be made, and when it is told to stop.
 pub fn write_report(
     subjects: &mut [Subject],
     plan: &Plan,
     folder: &Path,
-    progress: &mut dyn FnMut(&str),
+    work: &Work,
 ) -> Result<Vec<PathBuf>, ReportError> {
     if subjects.is_empty() {
         return Err(ReportError::NoSubject);
@@ -44,60 +68,139 @@ pub fn write_report(
         path: folder.to_owned(),
         cause,
     })?;
-    let mut measured = Vec::new();
-    for subject in subjects.iter_mut() {
-        let name = subject.name.clone();
-        let mut of_subject = |what: &str| progress(&format!("{name}: {what}"));
-        measured.push(Measured::measure(subject, plan, &mut of_subject)?);
+    let commands = Commands::new(subjects, plan);
+    let (mut studies, mut episodes, mut each) = (Vec::new(), Vec::new(), Vec::new());
+    for done in measure_all(subjects, plan, work)? {
+        studies.push(done.study);
+        episodes.push(done.episodes);
+        each.push(done.figures);
     }
-    progress("figures and page");
-    let studies: Vec<&Study> = measured.iter().map(|m| &m.study).collect();
-    let groups = Group::all(&studies);
-    let common = figures::of_all(&measured)?;
-    let mut each = Vec::new();
-    for (subject, m) in subjects.iter().zip(&measured) {
-        each.push(figures::of_one(subject, m, plan)?);
-    }
+    (work.say)("figures and page");
+    let all: Vec<&Study> = studies.iter().collect();
+    let groups = Group::all(&all);
+    let judged = judge_claims(&all);
+    let runs: Vec<(&Study, &Episodes)> = studies.iter().zip(&episodes).collect();
+    let common = figures::of_all(&runs)?;
 
     let mut files = Files {
         root: folder,
         written: Vec::new(),
     };
-    let mut places = Vec::new();
     for shown in &common {
         files.figure("figures", shown)?;
     }
-    for (index, (subject, own)) in subjects.iter().zip(&each).enumerate() {
-        let place = match subjects.len() {
+    let mut full = Vec::new();
+    for (index, (study, figures)) in studies.iter().zip(each).enumerate() {
+        let Some(figures) = figures else { continue };
+        let place = match studies.len() {
             1 => "figures".to_owned(),
-            _ => format!("figures/{}-{}", index + 1, folder_name(&subject.name)),
+            _ => format!("figures/{}-{}", index + 1, folder_name(&study.name)),
         };
-        for shown in own {
+        for shown in &figures {
             files.figure(&place, shown)?;
         }
-        places.push(place);
+        full.push(InFull {
+            study,
+            place,
+            figures,
+        });
     }
     for (name, table) in [
-        ("claims", claims_table(&groups)),
-        ("numbers", numbers_table(&groups)),
+        ("claims", claims_table(&judged, &commands)),
+        ("numbers", numbers_table(&groups, &commands)),
     ] {
         files.table("", name, &table)?;
     }
     let numbers = Numbers {
-        format: "gaitshift-report 1",
+        format: "gaitshift-report 2",
         version: env!("CARGO_PKG_VERSION"),
         plan,
+        claims: &judged,
         experiments: &groups,
-        studies,
+        studies: &studies,
     };
     let json = serde_json::to_string_pretty(&numbers)
         .map_err(|cause| ReportError::Subject(cause.to_string()))?;
     files.write("report.json", (json + "\n").as_bytes())?;
-    let html = page::html(plan, &groups, &measured, &common, &each, &places);
+    let html = page::html(&Content {
+        commands: &commands,
+        judged: &judged,
+        groups: &groups,
+        studies: &studies,
+        common: &common,
+        full: &full,
+    });
     files.write("report.html", html.as_bytes())?;
     // The page first: it is what to open.
     files.written.reverse();
     Ok(files.written)
+}
+
+/// Measures every subject; they come back in their order.
+fn measure_all(
+    subjects: &mut [Subject],
+    plan: &Plan,
+    work: &Work,
+) -> Result<Vec<Done>, ReportError> {
+    let count = subjects.len();
+    let names: Vec<String> = subjects.iter().map(|s| s.group.clone()).collect();
+    let queue = Mutex::new(subjects.iter_mut().enumerate());
+    let failed = AtomicBool::new(false);
+    let next = || queue.lock().ok()?.next();
+    let worker = || {
+        let mut done = Vec::new();
+        while let Some((index, subject)) = next() {
+            let first = !names[..index].contains(&subject.group);
+            let name = subject.name.clone();
+            let mut say = |what: &str| {
+                if failed.load(Ordering::SeqCst) || (work.stop)() {
+                    return Err(ReportError::Stopped);
+                }
+                (work.say)(&format!("{name}: {what}"));
+                Ok(())
+            };
+            let result = measure_one(subject, plan, first, &mut say);
+            failed.fetch_or(result.is_err(), Ordering::SeqCst);
+            done.push((index, result));
+        }
+        done
+    };
+    let mut results = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..work.threads.clamp(1, count))
+            .map(|_| scope.spawn(worker))
+            .collect();
+        let join = |thread: std::thread::ScopedJoinHandle<'_, Vec<_>>| match thread.join() {
+            Ok(done) => done,
+            Err(panic) => std::panic::resume_unwind(panic),
+        };
+        threads.into_iter().flat_map(join).collect::<Vec<_>>()
+    });
+    // Of several errors the one that stopped the others.
+    results.sort_by_key(|(index, result)| (matches!(result, Err(ReportError::Stopped)), *index));
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+fn measure_one(
+    subject: &mut Subject,
+    plan: &Plan,
+    in_full: bool,
+    say: &mut Saying,
+) -> Result<Done, ReportError> {
+    if !in_full {
+        let (study, episodes) = Study::measure(subject, plan, say)?;
+        return Ok(Done {
+            study,
+            episodes,
+            figures: None,
+        });
+    }
+    let measured = Measured::measure(subject, plan, say)?;
+    let figures = figures::of_one(subject, &measured, &plan.of(subject))?;
+    Ok(Done {
+        study: measured.study,
+        episodes: measured.episodes,
+        figures: Some(figures),
+    })
 }
 
 struct Files<'a> {
@@ -140,64 +243,81 @@ impl Files<'_> {
     }
 }
 
-fn claims_table(groups: &[Group]) -> Table {
+/// One row for each claim and experiment that says something about it.
+fn claims_table(judged: &[Judged], commands: &Commands) -> Table {
     let columns = [
-        "experiment",
         "source",
         "claim",
         "theirs",
+        "rule",
+        "experiment",
         "ours",
         "low",
         "high",
-        "rule",
+        "seeds",
         "verdict",
         "command",
+        "value_of_command",
     ];
     let mut table = Table::new("claims", &columns);
-    for group in groups {
-        for f in &group.findings {
+    for j in judged {
+        let (command, value) = commands.of(j.shown_by);
+        for f in std::iter::once(&j.own).chain(&j.beside) {
             let [low, high] = f.interval();
             table.rows.push(vec![
-                group.name.clone(),
-                f.source.to_owned(),
-                f.claim.to_owned(),
-                f.theirs.to_owned(),
+                j.source.to_owned(),
+                j.claim.to_owned(),
+                j.theirs.to_owned(),
+                j.rule.clone(),
+                f.experiment.clone(),
                 cell(f.estimate.map(|e| e.value)),
                 cell(low),
                 cell(high),
-                f.rule.clone(),
+                seeds(&f.seeds),
                 f.verdict.name().to_owned(),
-                f.command.to_owned(),
+                command.clone(),
+                value.to_owned(),
             ]);
         }
     }
     table
 }
 
-fn numbers_table(groups: &[Group]) -> Table {
+fn numbers_table(groups: &[Group], commands: &Commands) -> Table {
     let columns = [
         "experiment",
         "number",
         "ours",
         "low",
         "high",
+        "seeds",
         "people",
         "command",
+        "value_of_command",
     ];
     let mut table = Table::new("numbers", &columns);
     for group in groups {
         for n in &group.numbers {
             let [low, high] = n.interval();
+            let (command, value) = commands.of(n.shown_by);
             table.rows.push(vec![
                 group.name.clone(),
                 n.name.to_owned(),
                 cell(n.estimate.map(|e| e.value)),
                 cell(low),
                 cell(high),
+                seeds(&n.seeds),
                 n.people.to_owned(),
-                n.command.to_owned(),
+                command,
+                value.to_owned(),
             ]);
         }
     }
     table
+}
+
+/// One value per seed, with a space between; `none` where a seed has none.
+fn seeds(values: &[Option<f64>]) -> String {
+    let word = |value: &Option<f64>| value.map_or_else(|| "none".to_owned(), |v| format!("{v:?}"));
+    values.iter().map(word).collect::<Vec<_>>().join(" ")
 }

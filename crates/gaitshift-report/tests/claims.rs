@@ -1,15 +1,33 @@
 //! Contract: a verdict follows from its rule and the numbers alone: near, within a factor of two, beyond; every attempt, some,
-//! none; a claim about other runs than those given is not measured.
+//! none. Each claim is judged by the experiment that it is about, other methods stand beside it, and an experiment that was not
+//! given is not measured. What a claim says of a range of commands is judged within that range.
 
 mod common;
-use common::studies::study;
-use gaitshift_analysis::GaitClass;
-use gaitshift_report::{Finding, NoiseTolerance, Study, Verdict, judge_claims};
+use common::studies::{motion, study};
+use gaitshift_analysis::GaitClass::{Fallen, Mixed, Running, Standing, Walking};
+use gaitshift_report::{
+    Finding, Judged, NoiseTolerance, Steady, Stretch, Study, Verdict, judge_claims,
+};
 
+fn judged(studies: &[&Study], claim: &str) -> Judged {
+    let found = judge_claims(studies).into_iter();
+    let mut found = found.filter(|j| j.claim.contains(claim));
+    let judged = found.next().unwrap_or_else(|| panic!("no claim {claim}"));
+    assert!(found.next().is_none(), "{claim} is not one claim");
+    judged
+}
+
+/// What the seeds of an experiment that no claim is about say.
 fn finding(studies: &[&Study], claim: &str) -> Finding {
-    let findings = judge_claims(studies);
-    let found = findings.into_iter().find(|f| f.claim.contains(claim));
-    found.unwrap_or_else(|| panic!("no claim {claim}"))
+    judged(studies, claim).beside.remove(0)
+}
+
+fn of(experiment: &str, steady: Vec<Steady>) -> Study {
+    Study {
+        group: experiment.to_owned(),
+        steady,
+        ..study(0.22, 0.9)
+    }
 }
 
 #[test]
@@ -35,18 +53,22 @@ fn numbers_hold_within_a_tenth_differ_within_a_factor_of_two_and_fail_beyond() {
 }
 
 #[test]
-fn theirs_within_the_interval_over_seeds_holds() {
-    let (slow, fast) = (study(0.12, 0.9), study(0.42, 0.9));
-    let found = finding(&[&slow, &fast], "Froude number at ω_v = 0");
-    assert_eq!(found.verdict, Verdict::Holds);
-    let [low, high] = found.interval();
-    assert!(low < Some(0.22) && high > Some(0.22));
+fn a_wide_interval_makes_no_claim_hold() {
+    let verdict = |seeds: [f64; 2]| {
+        let seeds = seeds.map(|froude| study(froude, 0.9));
+        finding(&[&seeds[0], &seeds[1]], "Froude number at ω_v = 0").verdict
+    };
+    assert_eq!(verdict([0.21, 0.23]), Verdict::Holds);
+    // Near on average, but each seed is somewhere else.
+    assert_eq!(verdict([0.10, 0.34]), Verdict::Undecided);
+    // Theirs is within the interval, and the estimate is not near.
+    assert_eq!(verdict([0.12, 0.42]), Verdict::Differs);
 }
 
 #[test]
 fn a_gait_that_is_not_there_has_no_cost() {
     let mut limping = study(0.2, 0.9);
-    limping.steady[0].summary.gait = GaitClass::Mixed;
+    limping.steady[0].summary.gait = Mixed;
     assert_eq!(finding(&[&limping], "walks at").verdict, Verdict::Fails);
     let cost = finding(&[&limping], "(8) walking");
     assert_eq!((cost.verdict, cost.estimate), (Verdict::Fails, None));
@@ -63,11 +85,15 @@ fn a_gait_that_is_not_there_has_no_cost() {
 fn attempts_correlations_and_steps_are_judged_by_their_rules() {
     let seed = study(0.22, 0.9);
     let of = |claim: &str| finding(&[&seed], claim);
+    // 0.3 is less than a fifth of 3.2.
+    assert_eq!(of("ASIMO").estimate.unwrap().value, 0.3 / 3.2);
+    assert_eq!(of("ASIMO").verdict, Verdict::Holds);
     assert_eq!(of("0 → 3").verdict, Verdict::Differs);
     assert_eq!(of("0 → 3").estimate.unwrap().value, 0.75);
     assert_eq!(of("3 → 0").verdict, Verdict::Fails);
-    assert_eq!(of("steps from walk to run").estimate.unwrap().value, 1.0);
-    assert_eq!(of("steps from walk to run").verdict, Verdict::Holds);
+    // On the journal version's ramp, not on the paper's.
+    assert_eq!(of("steps from walk to run").estimate.unwrap().value, 2.5);
+    assert_eq!(of("steps from walk to run").verdict, Verdict::Differs);
     assert_eq!(
         of("walking: kinetic and potential").verdict,
         Verdict::Differs
@@ -81,9 +107,9 @@ fn attempts_correlations_and_steps_are_judged_by_their_rules() {
 #[test]
 fn the_most_sensitive_observations_are_those_that_bear_least() {
     let mut seed = study(0.22, 0.9);
-    let row = |observation, successes| NoiseTolerance {
+    let row = |observation: &str, successes| NoiseTolerance {
         omega_v: 0.0,
-        observation,
+        observation: observation.to_owned(),
         level: 1.0,
         deviation: 1.0,
         successes,
@@ -103,31 +129,182 @@ fn the_most_sensitive_observations_are_those_that_bear_least() {
 }
 
 #[test]
-fn claims_about_other_runs_are_not_measured() {
+fn a_claim_is_judged_by_its_experiment_and_others_stand_beside_it() {
     let seed = study(0.22, 0.9);
-    let paper = Study {
-        group: "paper".to_owned(),
+    let paper = of("paper", seed.steady.clone());
+    let journal = of("journal", Vec::new());
+    let all = [&seed, &paper, &journal];
+    let froude = judged(&all, "Froude number at ω_v = 0");
+    assert_eq!(froude.own.experiment, "paper");
+    assert_eq!(froude.own.seeds, [Some(0.22)]);
+    // The journal version's runs say nothing to it.
+    assert_eq!(froude.beside.len(), 1);
+    assert_eq!(froude.beside[0].experiment, "g");
+    // And the paper's say nothing to the journal version's claims.
+    assert_eq!(judged(&all, "greatest speed").own.seeds, [None]);
+    let missing = judged(&[&seed], "Froude number at ω_v = 0").own;
+    assert_eq!(
+        (missing.verdict, missing.estimate),
+        (Verdict::NotMeasured, None)
+    );
+}
+
+#[test]
+fn claims_about_training_need_its_log() {
+    let seed = study(0.22, 0.9);
+    let claim = "Fig. 4: with phase I";
+    assert_eq!(finding(&[&seed], claim).verdict, Verdict::NotMeasured);
+    let trained = Study {
         late_falls: Some(0.02),
         ..seed.clone()
     };
-    let without = Study {
-        group: "paper, without the energy term".to_owned(),
-        ..seed.clone()
+    assert_eq!(finding(&[&trained], claim).verdict, Verdict::Holds);
+    // What a method leaves out, another one tells nothing about.
+    let without = "Fig. 4: without phase I";
+    assert_eq!(finding(&[&trained], without).verdict, Verdict::NotMeasured);
+}
+
+#[test]
+fn the_journal_versions_speeds_are_those_of_its_commands() {
+    let mut seed = study(0.2, 0.9);
+    let speed = (9.81_f64 * 0.8).sqrt();
+    seed.steady.insert(0, motion(-0.5, Walking, 0.05, 0.3));
+    seed.steady.push(motion(3.5, Running, 1.2, 0.3));
+    seed.steady.insert(2, motion(2.0, Running, 0.8, 0.3));
+    let value = |claim| finding(&[&seed], claim).estimate.unwrap().value;
+    assert!((value("least speed") - 0.2 * speed).abs() < 1e-12);
+    // That at 3 is beyond 2.93.
+    assert!((value("greatest speed") - 0.8 * speed).abs() < 1e-12);
+    assert_eq!(value("least Froude"), 0.05);
+}
+
+#[test]
+fn the_greatest_command_is_one_below_which_none_falls() {
+    let mut seed = study(0.2, 0.9);
+    seed.steady.insert(1, motion(1.0, Fallen, 0.5, 0.3));
+    seed.steady[1].summary.fell = true;
+    let found = finding(&[&seed], "it does not fall");
+    assert_eq!(
+        (found.seeds, found.verdict),
+        (vec![Some(0.0)], Verdict::Fails)
+    );
+}
+
+#[test]
+fn only_a_gait_means_that_it_is_there_and_advances() {
+    let verdict = |experiment: &str, claim: &str, gait, froude: f64| {
+        // Commands that it was not trained with do not count.
+        let steady = vec![
+            motion(
+                0.0,
+                if claim.contains("runs") {
+                    Walking
+                } else {
+                    gait
+                },
+                froude,
+                0.3,
+            ),
+            motion(1.5, gait, froude, 0.3),
+            motion(2.5, gait, froude, 0.3),
+            motion(3.0, Fallen, froude, 0.3),
+        ];
+        judged(&[&of(experiment, steady)], claim).own.verdict
     };
+    let full = "journal, full range from the start";
+    assert_eq!(verdict(full, "only walks", Walking, 0.2), Verdict::Holds);
+    for other in [Standing, Fallen, Mixed, Running] {
+        assert_eq!(verdict(full, "only walks", other, 0.2), Verdict::Fails);
+    }
+    assert_eq!(verdict(full, "only walks", Walking, -0.2), Verdict::Fails);
+    let high = "journal, high range from the start";
+    assert_eq!(verdict(high, "only runs", Running, 0.9), Verdict::Holds);
+    assert_eq!(verdict(high, "only runs", Fallen, 0.9), Verdict::Fails);
+}
+
+#[test]
+fn without_the_energy_term_is_compared_with_the_method() {
+    let with = |experiment: &str, gait, drag: f64, clearance: f64| {
+        let mut seed = of(experiment, vec![motion(0.0, gait, 0.2, 0.3)]);
+        let summary = &mut seed.steady[0].summary;
+        summary.drag_work_j_per_m = Some(drag);
+        summary.clearance_right_m = Some(clearance);
+        summary.clearance_left_m = Some(clearance);
+        seed
+    };
+    let paper = with("paper", Walking, 2.0, 0.04);
+    let dragging = with("paper, without the energy term", Mixed, 3.0, 0.01);
+    let own = |studies: &[&Study], claim| judged(studies, claim).own;
+    let both = [&paper, &dragging];
+    assert_eq!(own(&both, "still advances").verdict, Verdict::Holds);
+    assert_eq!(own(&both, "no steady walk or run").verdict, Verdict::Holds);
+    let drag = own(&both, "drag more in swing");
     assert_eq!(
-        finding(&[&seed], "Fig. 4: with phase I").verdict,
-        Verdict::NotMeasured
+        (drag.seeds, drag.verdict),
+        (vec![Some(1.5)], Verdict::Holds)
     );
+    let clearance = own(&both, "clears the ground by less");
     assert_eq!(
-        finding(&[&paper], "Fig. 4: with phase I").verdict,
-        Verdict::Holds
+        (clearance.seeds, clearance.verdict),
+        (vec![Some(0.25)], Verdict::Holds)
     );
+    // Without the method there is nothing to compare with.
+    assert_eq!(own(&[&dragging], "drag more").verdict, Verdict::NotMeasured);
+    // Falling everywhere is neither advancing nor dragging.
+    let mut falling = dragging.clone();
+    falling.steady[0].summary.fell = true;
+    let both = [&paper, &falling];
+    for claim in ["still advances", "no steady walk or run", "drag more"] {
+        assert_eq!(own(&both, claim).verdict, Verdict::Fails, "{claim}");
+    }
+}
+
+#[test]
+fn courses_of_training_are_judged_tenth_by_tenth() {
+    let course = |experiment: &str, returns: [f64; 10], falls: [f64; 10]| {
+        let mut seed = of(experiment, Vec::new());
+        seed.late_falls = Some(falls[9]);
+        let tenth = |k: usize| Stretch {
+            from_step: 1e6 * k as f64,
+            to_step: 1e6 * (k + 1) as f64,
+            mean_return: returns[k],
+            falls: falls[k],
+        };
+        seed.training = (0..10).map(tenth).collect();
+        seed
+    };
+    let rising = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0];
+    let mut declining = rising;
+    declining[6..].fill(3.0);
+    let name = "journal, without 1/(1+ω_v)";
+    let mut falls = [0.1; 10];
+    let claims = ["its return falls after 6", "it falls at 8"];
+    let verdicts = |seed: &Study| claims.map(|claim| judged(&[seed], claim).own.verdict);
+    assert_eq!(verdicts(&course(name, rising, falls)), [Verdict::Fails; 2]);
+    falls[8] = 0.9;
     assert_eq!(
-        finding(&[&seed], "energy term there is no walk").verdict,
-        Verdict::NotMeasured
+        verdicts(&course(name, declining, falls)),
+        [Verdict::Holds; 2]
     );
+
+    let journal = course("journal", rising, [0.4; 10]);
+    let without = course("journal, without its first phase", rising, [0.8; 10]);
+    let start = judged(&[&journal, &without], "first million steps").own;
     assert_eq!(
-        finding(&[&without], "energy term there is no walk").verdict,
-        Verdict::Fails
+        (start.seeds, start.verdict),
+        (vec![Some(2.0)], Verdict::Holds)
     );
+}
+
+#[test]
+fn falling_at_the_start_is_falling_within_seconds() {
+    let name = "journal, without its first phase";
+    let verdict = |survived_s: f64| {
+        let mut seed = of(name, vec![motion(0.0, Fallen, 0.2, 0.3)]);
+        seed.steady[0].summary.fell = true;
+        seed.steady[0].summary.survived_s = survived_s;
+        judged(&[&seed], "within 5 s of a motion").own.verdict
+    };
+    assert_eq!(verdict(1.0), Verdict::Holds);
+    assert_eq!(verdict(12.0), Verdict::Fails);
 }

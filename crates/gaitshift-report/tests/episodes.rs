@@ -20,6 +20,18 @@ fn late_falls_are_those_of_the_last_fifth() {
 }
 
 #[test]
+fn tenths_hold_the_episodes_that_end_in_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = common::run(folder.path());
+    let tenths = Episodes::read(&run).unwrap().tenths();
+    assert_eq!(tenths.len(), 10);
+    assert_eq!((tenths[0].from_step, tenths[0].to_step), (0.0, 1000.0));
+    assert_eq!((tenths[0].mean_return, tenths[0].falls), (1.5, 0.0));
+    assert_eq!((tenths[9].mean_return, tenths[9].falls), (10.5, 1.0));
+    assert!(Episodes::default().tenths().is_empty());
+}
+
+#[test]
 fn a_log_that_was_cut_off_names_the_line() {
     let folder = tempfile::tempdir().unwrap();
     let run = common::run(folder.path());

@@ -22,7 +22,7 @@ fn experiments_are_as_long_as_the_papers_and_as_many_as_said() {
         "journal, without 1/(1+ω_v)",
         "journal, full range from the start",
         "journal, high range from the start",
-        "journal, without its second phase",
+        "journal, without its first phase",
         "fast",
     ] {
         assert!(names.contains(&name), "{name}");
@@ -61,6 +61,11 @@ fn what_is_left_out_is_left_out() {
             .command_divisor,
         0.0
     );
+    // The full weights from the start, on the range of the two phases that it replaces.
+    let without = experiment("journal, without its first phase");
+    assert_eq!(without.curriculum.phases[0].omega_v, [0.0, 1.0]);
+    let first = without.curriculum.at(0, &without.task.reward);
+    assert_eq!((first.reward.omega_e, first.reward.omega_s), (0.2, 0.15));
     // In no phase of it does energy cost anything.
     let without = experiment("paper, without the energy term");
     assert_eq!(without.task.reward.omega_e, 0.0);

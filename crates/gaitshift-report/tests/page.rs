@@ -1,5 +1,6 @@
 //! Contract: the page holds everything and fetches nothing; its links lead to files beside it; names are text, whatever they
-//! contain; seeds of one experiment stand together with intervals, and each has figures of its own.
+//! contain; seeds of one experiment stand together with intervals and their single values, and the first has figures of its own.
+//! Every experiment is in one table of claims.
 
 mod common;
 use common::{text, written};
@@ -7,15 +8,19 @@ use gaitshift_report::Subject;
 
 #[test]
 fn seeds_of_one_experiment_stand_together_on_a_page_that_fetches_nothing() {
-    // Two seeds of one experiment: the shipped controller and itself.
-    let mut subjects: Vec<Subject> = (1..=2)
-        .map(|seed| Subject {
-            name: format!("run {seed} <b>"),
-            group: "an \"experiment\" & more".to_owned(),
-            seed,
-            ..Subject::shipped().unwrap()
-        })
-        .collect();
+    // Two seeds of one experiment and one of the paper's: the shipped controller each time.
+    let named = |name: &str, group: &str, seed| Subject {
+        name: name.to_owned(),
+        group: group.to_owned(),
+        seed,
+        ..Subject::shipped().unwrap()
+    };
+    let mine = "an \"experiment\" & more";
+    let mut subjects = [
+        named("run 1 <b>", mine, 1),
+        named("run 2 <b>", mine, 2),
+        named("paper, seed 3", "paper", 3),
+    ];
     let all = written(&mut subjects);
     let page = text(&all["report.html"]);
     for fetching in ["src=", "@import", "url(", "<script", "<link"] {
@@ -27,8 +32,33 @@ fn seeds_of_one_experiment_stand_together_on_a_page_that_fetches_nothing() {
         assert!(known || all.contains_key(target), "{target}");
     }
     assert!(!page.contains("NaN") && !page.contains("inf<"));
-    assert!(page.contains("an &quot;experiment&quot; &amp; more (seeds 1, 2)"));
+    assert!(page.contains("<b>an &quot;experiment&quot; &amp; more</b> (seeds 1, 2)"));
     assert!(page.contains("run 1 &lt;b&gt;") && !page.contains("run 1 <b>"));
+    // One table of claims, with the paper's own runs and the other experiment beside them, and the values of the seeds.
+    assert_eq!(page.matches("it walks at ω<sub>v</sub> = 0<div").count(), 1);
+    let walks = page
+        .split("it walks at ω<sub>v</sub> = 0<div")
+        .nth(1)
+        .unwrap();
+    let walks = walks.split("</tr>").next().unwrap();
+    assert_eq!(walks.matches("✓ holds").count(), 2, "{walks}");
+    assert!(
+        walks.contains("<div class=\"seeds\">1.00 1.00</div>"),
+        "{walks}"
+    );
+    assert!(
+        walks.contains("gaitshift evaluate --controller RUN --omega-v=0"),
+        "{walks}"
+    );
+    // The method that no claim is about is unfolded, the paper's repetition is not.
+    assert!(
+        page.contains("<details open>\n<summary><b>an")
+            && page.contains("<details>\n<summary><b>paper</b> (seed 3)")
+    );
+    assert!(
+        page.contains("2 of 2 <small>[0."),
+        "intervals of success rates"
+    );
     // Every row has as many cells as its table has columns.
     for table in page.split("<table").skip(1) {
         let table = table.split("</table>").next().unwrap();
@@ -43,7 +73,7 @@ fn seeds_of_one_experiment_stand_together_on_a_page_that_fetches_nothing() {
     let claims = text(&all["claims.csv"]);
     let froude = claims
         .lines()
-        .find(|line| line.contains("Froude number at ω_v = 0"))
+        .find(|line| line.contains("Froude number at ω_v = 0") && line.contains("experiment"))
         .unwrap();
     let cells: Vec<&str> = froude.split(',').collect();
     let value = cells
@@ -51,11 +81,10 @@ fn seeds_of_one_experiment_stand_together_on_a_page_that_fetches_nothing() {
         .position(|cell| cell.starts_with("0.17"))
         .unwrap();
     assert_eq!(cells[value + 1], cells[value]);
-    for folder in ["figures/1-run-1--b-", "figures/2-run-2--b-"] {
-        assert!(
-            all.contains_key(&format!("{folder}/bifurcation.svg")),
-            "{folder}"
-        );
+    for folder in ["figures/1-run-1--b-", "figures/3-paper--seed-3"] {
+        let figure = format!("{folder}/bifurcation.svg");
+        assert!(all.contains_key(&figure), "{figure}: {:?}", all.keys());
     }
+    assert!(!all.keys().any(|file| file.starts_with("figures/2-")));
     assert!(all.contains_key("figures/sweep.svg"));
 }

@@ -1,10 +1,10 @@
 //! Contract: a study has what its plan asks for: every command, both ways of the stairs, every start and phase, heights and levels
-//! until none is passed; the finer step is put back.
+//! until none is passed. What was measured of a run is kept in its folder, and used again only for the same controller and plan.
 
 mod common;
-use common::tiny;
+use common::{run, tiny};
 use gaitshift_analysis::GaitClass::{Running, Walking};
-use gaitshift_report::{Measured, Plan, Subject};
+use gaitshift_report::{Measured, Plan, ReportError, Study, Subject};
 
 #[test]
 fn a_study_has_what_its_plan_asks_for() {
@@ -15,9 +15,12 @@ fn a_study_has_what_its_plan_asks_for() {
     let mut subject = Subject::shipped().unwrap();
     let usual_s = subject.body.parameters().time_step_s;
     let mut told = Vec::new();
-    let measured = Measured::measure(&mut subject, &plan, &mut |what| told.push(what.to_owned()));
+    let measured = Measured::measure(&mut subject, &plan, &mut |what| {
+        told.push(what.to_owned());
+        Ok(())
+    });
     let Measured { study, traces, .. } = measured.unwrap();
-    assert_eq!(told[0], "steady motions");
+    assert!(told.contains(&"steady motions".to_owned()));
     assert_eq!(subject.body.parameters().time_step_s, usual_s);
 
     let commands: Vec<f64> = study.steady.iter().map(|row| row.omega_v).collect();
@@ -25,14 +28,24 @@ fn a_study_has_what_its_plan_asks_for() {
     assert_eq!(study.at(0.0).unwrap().gait, Walking);
     assert_eq!(study.at(3.0).unwrap().gait, Running);
     assert!(study.at(0.5).is_none());
-    // 0, 0.5 ... 3.5, whatever the range.
-    assert_eq!(study.fine_step.len(), 8);
-    assert!(
-        study
-            .fine_step
-            .iter()
-            .all(|row| row.energy_change_j > Some(0.0))
+    // The same motions, as long as the usual ones, with the finer step.
+    let fine = study.fine_step.as_ref().unwrap();
+    assert_eq!(fine.time_step_s, plan.fine_step_s);
+    assert_eq!(fine.steady.len(), 4);
+    for (usual, fine) in study.steady.iter().zip(&fine.steady) {
+        assert_eq!(usual.omega_v, fine.omega_v);
+        assert_eq!(usual.summary.survived_s, fine.summary.survived_s);
+        assert_ne!(usual.summary.froude, fine.summary.froude);
+    }
+    assert_eq!(
+        (
+            fine.stairs_up.len(),
+            fine.stairs_down.len(),
+            fine.starts.len()
+        ),
+        (3, 3, 6)
     );
+    assert_eq!(fine.landings.len(), 1);
 
     let stairs = |rows: &[gaitshift_report::Steady]| -> Vec<f64> {
         rows.iter().map(|row| row.omega_v).collect()
@@ -46,6 +59,7 @@ fn a_study_has_what_its_plan_asks_for() {
 
     assert_eq!((study.to_running.len(), study.to_walking.len()), (2, 2));
     assert!(study.to_running.iter().all(|c| c.leads(Walking, Running)));
+    assert_eq!(study.journal_changes.each_ref().map(Vec::len), [2, 2]);
     assert_eq!(study.walk_run_walk, [Walking, Running, Walking]);
     assert_eq!(study.round_trip.len(), 2);
 
@@ -77,4 +91,100 @@ fn a_study_has_what_its_plan_asks_for() {
         assert!(landing.sole_down_m_per_s > 0.0 && landing.peak_body_weights > 1.0);
     }
     assert_eq!(study.late_falls, None);
+}
+
+#[test]
+fn what_was_measured_of_a_run_is_kept_in_its_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = run(folder.path());
+    let plan = Plan {
+        range: [0.0, 3.0, 3.0],
+        followed: vec![3.0],
+        step_heights_m: [0.002, 0.002, 0.002],
+        ..tiny()
+    };
+    let measure = |plan: &Plan| {
+        let mut again = false;
+        let mut subject = Subject::read(&run).unwrap();
+        let study = Study::measure(&mut subject, plan, &mut |what| {
+            again |= what == "steady motions";
+            Ok(())
+        });
+        (study.unwrap().0, again)
+    };
+    let (study, again) = measure(&plan);
+    assert!(again);
+    assert_eq!(study.late_falls, Some(1.0 / 3.0));
+    // To the last bit, without moving a leg.
+    let (kept, again) = measure(&plan);
+    assert!(!again && kept == study);
+    // The figures' motions alone are made anew, the numbers stay.
+    let mut subject = Subject::read(&run).unwrap();
+    let mut told = Vec::new();
+    let measured = Measured::measure(&mut subject, &plan, &mut |what| {
+        told.push(what.to_owned());
+        Ok(())
+    });
+    assert!(
+        measured.unwrap().study == study && told.len() == 1,
+        "{told:?}"
+    );
+    // The log of the training is read anew.
+    std::fs::remove_file(run.join("episodes.csv")).unwrap();
+    let (without, again) = measure(&plan);
+    assert!(!again && without.late_falls.is_none());
+
+    let shorter = Plan {
+        steady_s: 11.0,
+        ..plan.clone()
+    };
+    assert!(measure(&shorter).1, "another plan");
+    let mut controller = subject.controller.clone();
+    controller.provenance.seed += 1;
+    controller
+        .write(&run.join("controller.safetensors"))
+        .unwrap();
+    assert!(measure(&plan).1, "another controller");
+    for file in std::fs::read_dir(&run).unwrap() {
+        let path = file.unwrap().path();
+        if path.to_string_lossy().contains("measured-") {
+            std::fs::write(path, "{").unwrap();
+        }
+    }
+    assert!(measure(&plan).1, "a damaged file");
+}
+
+#[test]
+fn measuring_stops_when_it_is_told_to() {
+    let mut subject = Subject::shipped().unwrap();
+    let mut said = 0;
+    let stopped = Measured::measure(&mut subject, &tiny(), &mut |_| {
+        said += 1;
+        if said == 2 {
+            Err(ReportError::Stopped)
+        } else {
+            Ok(())
+        }
+    });
+    assert!(matches!(stopped, Err(ReportError::Stopped)));
+    assert_eq!(said, 2);
+}
+
+#[test]
+fn a_run_is_tried_at_commands_that_it_was_trained_with() {
+    let plan = Plan {
+        range: [0.0, 3.0, 3.0],
+        followed: vec![],
+        step_heights_m: [0.002, 0.002, 0.002],
+        noise_levels: vec![],
+        ..tiny()
+    };
+    let mut subject = Subject {
+        trained: Some([0.0, 2.5]),
+        ..Subject::shipped().unwrap()
+    };
+    let (study, _) = Study::measure(&mut subject, &plan, &mut |_| Ok(())).unwrap();
+    assert_eq!(study.gaits, [0.0, 2.5]);
+    assert!(study.step_heights.iter().any(|row| row.omega_v == 2.5));
+    assert!(study.step_heights.iter().all(|row| row.omega_v < 3.0));
 }

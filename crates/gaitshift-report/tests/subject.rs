@@ -16,6 +16,11 @@ fn a_run_is_named_after_what_it_is() {
         ("paper, seed 7", "paper", 7)
     );
     assert_eq!(subject.run, Some(run.clone()));
+    assert_eq!(subject.trained, None, "its configuration has no phases");
+    let phases = "name = \"journal\"\nseed = 1\n[[curriculum.phases]]\nomega_v = [0.0, 1.0]\nomega_v_end = [-0.1, 1.0]\n\
+                  [[curriculum.phases]]\nomega_v = [0.5, 2.5]\n";
+    std::fs::write(run.join("config.toml"), phases).unwrap();
+    assert_eq!(Subject::read(&run).unwrap().trained, Some([-0.1, 2.5]));
     std::fs::remove_file(run.join("config.toml")).unwrap();
     assert_eq!(Subject::read(&run).unwrap().run, None);
 }

@@ -4,7 +4,7 @@ use crate::arguments::ReportArguments;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::duration;
-use gaitshift_report::{Plan, ReportError, Subject, write_report};
+use gaitshift_report::{Plan, ReportError, Subject, Work, write_report};
 use std::path::Path;
 use std::time::Instant;
 
@@ -21,14 +21,26 @@ pub fn run(arguments: &ReportArguments) -> Result<(), Failure> {
     } else {
         Plan::full()
     };
-    write(&mut subjects, &plan, &arguments.out)
+    write(&mut subjects, &plan, &arguments.out, processors(), &|| {
+        false
+    })
 }
 
-/// Measures, writes, and says what to open.
-pub fn write(subjects: &mut [Subject], plan: &Plan, folder: &Path) -> Result<(), Failure> {
+/// Measures, `threads` controllers at a time, writes, and says what to open.
+pub fn write(
+    subjects: &mut [Subject],
+    plan: &Plan,
+    folder: &Path,
+    threads: usize,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<(), Failure> {
     let began = Instant::now();
-    let mut progress = |what: &str| output::note(what);
-    let files = write_report(subjects, plan, folder, &mut progress).map_err(failure)?;
+    let work = Work {
+        threads,
+        say: &output::note,
+        stop,
+    };
+    let files = write_report(subjects, plan, folder, &work).map_err(failure)?;
     output::note(&format!("took {}", duration(began.elapsed().as_secs_f64())));
     output::line(&format!(
         "wrote {} and {} files beside it",
@@ -37,9 +49,18 @@ pub fn write(subjects: &mut [Subject], plan: &Plan, folder: &Path) -> Result<(),
     ))
 }
 
+/// Controllers that are measured at a time, unless said otherwise.
+pub fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// What was given is at fault, or what was to be done.
 pub fn failure(error: ReportError) -> Failure {
     match error {
+        ReportError::Stopped => {
+            output::note(&error.to_string());
+            Failure::Interrupted
+        }
         ReportError::NoSubject | ReportError::Subject(_) | ReportError::Log { .. } => {
             Failure::input(error)
         }

@@ -2,27 +2,32 @@
 
 use crate::arguments::ReproduceArguments;
 use crate::failure::Failure;
+use crate::progress::duration;
 use crate::train::catch_interrupts;
 use crate::{output, report, sweep};
 use gaitshift_experiment::{Sweep, portable_command};
 use gaitshift_report::{Plan, Subject, study_experiments};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 /// Runs the command.
 pub fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
     let out = &arguments.out;
     if arguments.quick {
         let mut subjects = [Subject::shipped().map_err(report::failure)?];
-        return report::write(&mut subjects, &Plan::quick(), out);
+        return report::write(&mut subjects, &Plan::quick(), out, 1, &|| false);
     }
     let sweeps = study_experiments().map_err(Failure::run)?;
     let jobs = |sweep: &Sweep| match arguments.jobs {
         Some(jobs) => usize::from(jobs),
         None => sweep::default_jobs(sweep),
     };
+    let threads = arguments.jobs.map_or_else(report::processors, usize::from);
+    let mut training_s = 0.0;
     for sweep in &sweeps {
-        sweep::estimate(sweep, jobs(sweep), &folder(out, sweep))?;
+        training_s += sweep::estimate(sweep, jobs(sweep), &folder(out, sweep))?;
     }
+    estimate_measuring(&sweeps, threads, training_s)?;
     if arguments.dry_run {
         return Ok(());
     }
@@ -45,7 +50,22 @@ pub fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
         }
     }
     subjects.push(Subject::shipped().map_err(report::failure)?);
-    report::write(&mut subjects, &Plan::full(), out)
+    let stop = || interrupted.load(Ordering::SeqCst);
+    report::write(&mut subjects, &Plan::full(), out, threads, &stop)
+}
+
+/// Says how long the measuring takes after the training, and both together.
+fn estimate_measuring(sweeps: &[Sweep], threads: usize, training_s: f64) -> Result<(), Failure> {
+    // The shipped controller is one more.
+    let controllers = 1 + sweeps.iter().map(|s| s.trials.len()).sum::<usize>();
+    let each_s = Plan::full().duration_s().map_err(report::failure)?;
+    let measuring_s = each_s * (controllers.div_ceil(threads)) as f64;
+    output::line(&format!(
+        "then measuring {controllers} controllers, about {} each: {} with {threads} at a time; everything: about {}",
+        duration(each_s),
+        duration(measuring_s),
+        duration(training_s + measuring_s)
+    ))
 }
 
 fn folder(out: &Path, sweep: &Sweep) -> PathBuf {

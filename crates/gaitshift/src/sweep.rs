@@ -34,7 +34,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
         .jobs
         .map_or_else(|| default_jobs(&sweep), usize::from);
     if arguments.dry_run {
-        return estimate(&sweep, jobs, &folder);
+        return estimate(&sweep, jobs, &folder).map(|_| ());
     }
     if !arguments.table {
         let interrupted = catch_interrupts()?;
@@ -102,8 +102,8 @@ pub fn default_jobs(sweep: &Sweep) -> usize {
 }
 
 /// Says what would be run and how long it would take, from the pace of the variants on this machine now; of many
-/// variants that of some tells the others'.
-pub fn estimate(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<(), Failure> {
+/// variants that of some tells the others'. Gives that time, in s.
+pub fn estimate(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<f64, Failure> {
     let apart = sweep.variants.len().div_ceil(MOST_PACES);
     let (mut all_s, mut rates) = (0.0, Vec::new());
     for (index, variant) in sweep.variants.iter().enumerate() {
@@ -138,7 +138,8 @@ pub fn estimate(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<(), Failure
         duration(all_s),
         duration(all_s / jobs as f64),
         folder.display()
-    ))
+    ))?;
+    Ok(all_s / jobs as f64)
 }
 
 /// Writes a table as text and JSON, and its figure; gives the files.

@@ -1,19 +1,65 @@
 //! The claims with their verdicts, and the numbers beside those of people.
 
 use super::Page;
-use super::text::{Escaped, Prose, estimate};
-use crate::claims::{Finding, Verdict};
+use super::text::{Escaped, Prose, estimate, seeds};
+use crate::claims::{Finding, Judged, Verdict};
 use crate::headline::HeadlineNumber;
+use crate::source::{Commands, Source};
 
 impl Page {
-    pub(super) fn counts(&mut self, findings: &[Finding]) {
+    /// One row for each claim; in columns what its own experiment says, if any was measured, and every method beside it.
+    pub(super) fn claims(&mut self, judged: &[Judged], commands: &Commands) {
+        let own = |j: &Judged| j.own.verdict != Verdict::NotMeasured;
+        let mut columns: Vec<(String, Vec<&Finding>)> = Vec::new();
+        if judged.iter().any(own) {
+            let findings = judged.iter().map(|j| &j.own).collect();
+            columns.push(("its experiment".to_owned(), findings));
+        }
+        let others = judged.first().map_or(0, |j| j.beside.len());
+        for index in 0..others {
+            let findings: Vec<&Finding> = judged.iter().map(|j| &j.beside[index]).collect();
+            columns.push((findings[0].experiment.clone(), findings));
+        }
+        for (name, findings) in &columns {
+            let name = if columns.len() > 1 { name } else { "" };
+            self.counts(name, findings);
+        }
+        self.push(
+            "<div class=\"scroll\"><table class=\"stacked\">\n<thead><tr><th>from</th><th>claim, when it holds, command</th>\
+             <th class=\"number\">theirs</th>",
+        );
+        for (name, _) in &columns {
+            self.write(format_args!("<th class=\"number\">{}</th>", Prose(name)));
+        }
+        self.push("</tr></thead>\n<tbody>\n");
+        for (row, j) in judged.iter().enumerate() {
+            self.write(format_args!(
+                "<tr><td>{}</td><td class=\"main\">{}<div class=\"quiet\">{}; {}</div></td>\
+                 <td class=\"number\" data-name=\"theirs\">{}</td>",
+                Escaped(j.source),
+                Prose(j.claim),
+                Prose(&j.rule),
+                shown_by(j.shown_by, commands),
+                Prose(j.theirs),
+            ));
+            for (name, findings) in &columns {
+                self.write(format_args!(
+                    "<td class=\"number\" data-name=\"{}\">{}</td>",
+                    Escaped(name),
+                    finding(findings[row])
+                ));
+            }
+            self.push("</tr>\n");
+        }
+        self.push("</tbody></table></div>\n");
+    }
+
+    fn counts(&mut self, name: &str, findings: &[&Finding]) {
         self.push("<ul class=\"counts\">");
-        for verdict in [
-            Verdict::Holds,
-            Verdict::Differs,
-            Verdict::Fails,
-            Verdict::NotMeasured,
-        ] {
+        if !name.is_empty() {
+            self.write(format_args!("<li>{}</li>", Prose(name)));
+        }
+        for verdict in Verdict::ALL {
             let count = findings.iter().filter(|f| f.verdict == verdict).count();
             self.write(format_args!(
                 "<li><b>{count}</b> <span class=\"verdict {}\">{}</span></li>",
@@ -24,44 +70,19 @@ impl Page {
         self.push("</ul>\n");
     }
 
-    pub(super) fn findings(&mut self, findings: &[Finding]) {
-        self.push(
-            "<div class=\"scroll\"><table class=\"stacked\">\n<thead><tr><th>from</th><th>claim, when it holds, command</th>\
-             <th class=\"number\">theirs</th><th class=\"number\">ours</th><th>verdict</th></tr></thead>\n<tbody>\n",
-        );
-        for f in findings {
-            let ours = match f.verdict {
-                Verdict::NotMeasured => String::new(),
-                _ => estimate(f.estimate, f.seeds.len()),
-            };
-            self.write(format_args!(
-                "<tr><td>{}</td><td class=\"main\">{}<div class=\"quiet\">{}; <code>{}</code></div></td>\
-                 <td class=\"number\" data-name=\"theirs\">{}</td><td class=\"number\" data-name=\"ours\">{ours}</td><td class=\"verdict {}\">{} {}</td></tr>\n",
-                Escaped(f.source),
-                Prose(f.claim),
-                Prose(&f.rule),
-                Escaped(f.command),
-                Prose(f.theirs),
-                class(f.verdict),
-                sign(f.verdict),
-                f.verdict.name(),
-            ));
-        }
-        self.push("</tbody></table></div>\n");
-    }
-
-    pub(super) fn numbers(&mut self, numbers: &[HeadlineNumber]) {
+    pub(super) fn numbers(&mut self, numbers: &[HeadlineNumber], commands: &Commands) {
         self.push(
             "<div class=\"scroll\"><table class=\"stacked\">\n<thead><tr><th>number, command</th><th class=\"number\">ours</th><th>people</th>\
              </tr></thead>\n<tbody>\n",
         );
         for n in numbers {
             self.write(format_args!(
-                "<tr><td class=\"main\">{}<div class=\"quiet\"><code>{}</code></div></td><td class=\"number\" data-name=\"ours\">{}</td>\
+                "<tr><td class=\"main\">{}<div class=\"quiet\">{}</div></td><td class=\"number\" data-name=\"ours\">{}{}</td>\
                  <td data-name=\"people\">{}</td></tr>\n",
                 Prose(n.name),
-                Escaped(n.command),
+                shown_by(n.shown_by, commands),
                 estimate(n.estimate, n.seeds.len()),
+                seeds(&n.seeds),
                 Prose(n.people)
             ));
         }
@@ -69,10 +90,34 @@ impl Page {
     }
 }
 
+/// The command, and which of its values.
+fn shown_by(source: Source, commands: &Commands) -> String {
+    let (command, value) = commands.of(source);
+    let value = match value {
+        "" => String::new(),
+        value => format!(": {}", Escaped(value)),
+    };
+    format!("<code>{}</code>{value}", Escaped(&command))
+}
+
+/// A value with its seeds and its verdict.
+fn finding(f: &Finding) -> String {
+    let value = match f.verdict {
+        Verdict::NotMeasured => String::new(),
+        _ => estimate(f.estimate, f.seeds.len()) + &seeds(&f.seeds),
+    };
+    format!(
+        "{value} <span class=\"verdict {}\">{} {}</span>",
+        class(f.verdict),
+        sign(f.verdict),
+        f.verdict.name()
+    )
+}
+
 fn class(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Holds => "holds",
-        Verdict::Differs => "differs",
+        Verdict::Undecided | Verdict::Differs => "differs",
         Verdict::Fails => "fails",
         Verdict::NotMeasured => "unmeasured",
     }
@@ -82,6 +127,7 @@ fn class(verdict: Verdict) -> &'static str {
 fn sign(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Holds => "✓",
+        Verdict::Undecided => "?",
         Verdict::Differs => "≈",
         Verdict::Fails => "✗",
         Verdict::NotMeasured => "·",

@@ -1,10 +1,10 @@
-//! The tables: feet, changes of gait, noise, return maps, the finer integration step, controllers.
+//! The tables: runs, feet, changes of gait, disturbances, phases of support, return maps, the finer integration step, controllers.
 
 use super::Page;
-use super::text::{Escaped, short, short_or_dash};
+use super::text::{Escaped, Prose, rate, short, short_or_dash};
 use crate::claims::by_sensitivity;
-use crate::study::{Change, Measured, Plan, Steady, Study};
-use gaitshift_analysis::statistics::wilson_interval;
+use crate::headline::headline_numbers;
+use crate::study::{Change, Steady, StepHeight, Study};
 use gaitshift_analysis::{GaitClass, GaitSummary};
 
 /// A column by its title in HTML.
@@ -40,8 +40,27 @@ impl Page {
         self.push("</tbody></table></div>\n");
     }
 
+    /// What every run does, in short.
+    pub(super) fn runs(&mut self, studies: &[Study]) {
+        let columns = [
+            Text("name"),
+            Text("gait at walking, running command"),
+            Number("Fr"),
+            Number("CoT"),
+            Number("walk to run, run to walk"),
+            Number("falls between 0 and 3.5"),
+            Number("late falls in training"),
+        ];
+        let rows: Vec<Vec<String>> = studies.iter().map(run).collect();
+        self.table(&columns, &rows);
+        self.push(
+            "<p class=\"quiet\">Changes of gait: how many of those tried lead from the one gait to the other. Late falls: share of \
+             the episodes in the last fifth of the training.</p>\n",
+        );
+    }
+
     /// Whether it drags its feet, hops or stumbles: one row for each controller and gait.
-    pub(super) fn feet(&mut self, measured: &[Measured], plan: &Plan) {
+    pub(super) fn feet(&mut self, studies: &[Study]) {
         type Values = fn(&GaitSummary) -> [Option<f64>; 2];
         const PAIRS: [(&str, Values); 4] = [
             ("clearance (m): right, left", |s| {
@@ -65,8 +84,8 @@ impl Page {
             Number("left to right hip, deviation (rad)"),
         ]);
         let mut rows = Vec::new();
-        for study in measured.iter().map(|m| &m.study) {
-            for omega_v in plan.gaits {
+        for study in studies {
+            for omega_v in study.gaits {
                 let Some(s) = study.at(omega_v) else { continue };
                 let pair = |values: [Option<f64>; 2]| values.map(short_or_dash).join(", ");
                 let mut row = vec![
@@ -91,38 +110,93 @@ impl Page {
     }
 
     pub(super) fn changes(&mut self, study: &Study) {
+        use GaitClass::{Running, Walking};
         self.push("<h3>Changes of gait by phase of the stride</h3>\n");
-        for (name, changes, from, to) in [
+        let [slow_up, slow_down] = &study.journal_changes;
+        let columns = [
+            Text("change"),
+            Number("lead to the gait"),
+            Text("steps until every step is of the new gait, phase by phase"),
+        ];
+        let rows: Vec<Vec<String>> = [
             (
-                "walk to run",
+                "walk to run, paper’s ramp",
                 &study.to_running,
-                GaitClass::Walking,
-                GaitClass::Running,
+                Walking,
+                Running,
             ),
             (
-                "run to walk",
+                "run to walk, paper’s ramp",
                 &study.to_walking,
-                GaitClass::Running,
-                GaitClass::Walking,
+                Running,
+                Walking,
             ),
-        ] {
+            (
+                "walk to run, journal version’s ramp",
+                slow_up,
+                Walking,
+                Running,
+            ),
+            (
+                "run to walk, journal version’s ramp",
+                slow_down,
+                Running,
+                Walking,
+            ),
+        ]
+        .into_iter()
+        .map(|(name, changes, from, to)| {
             let led = changes.iter().filter(|c| c.leads(from, to)).count();
             let steps: Vec<String> = changes.iter().map(outcome).collect();
-            let interval = match wilson_interval(led, changes.len()) {
-                Some((low, high)) => format!(" [{low:.2}, {high:.2}]"),
-                None => String::new(),
-            };
-            self.write(format_args!(
-                "<p>{name}: {led} of {}{interval}; steps until every step is of the new gait, phase by phase: {}</p>\n",
-                changes.len(),
-                steps.join(", ")
-            ));
-        }
+            vec![name.to_owned(), rate(led, changes.len()), steps.join(", ")]
+        })
+        .collect();
+        self.table(&columns, &rows);
     }
 
-    pub(super) fn noise(&mut self, study: &Study, plan: &Plan) {
+    pub(super) fn ground_steps(&mut self, study: &Study) {
+        self.push("<h3>Steps in the ground: places passed</h3>\n");
+        type Kind = fn(&StepHeight) -> bool;
+        const KINDS: [(&str, Kind); 3] = [
+            ("one up", |row| !row.by_turns && row.height_m > 0.0),
+            ("one down", |row| !row.by_turns && row.height_m < 0.0),
+            ("up and down by turns", |row| row.by_turns),
+        ];
+        let mut columns = vec![Number("height (cm)")];
+        let titles: Vec<String> = study
+            .gaits
+            .iter()
+            .flat_map(|w| KINDS.map(|(name, _)| format!("{name}, ω<sub>v</sub> = {w}")))
+            .collect();
+        columns.extend(titles.iter().map(|title| Number(title)));
+        let mut heights: Vec<f64> = study
+            .step_heights
+            .iter()
+            .map(|r| r.height_m.abs())
+            .collect();
+        heights.sort_by(f64::total_cmp);
+        heights.dedup();
+        let rows: Vec<Vec<String>> = heights
+            .iter()
+            .map(|&height_m| {
+                let mut row = vec![format!("{:.1}", 100.0 * height_m)];
+                for omega_v in study.gaits {
+                    row.extend(KINDS.map(|(_, of_kind)| {
+                        let tried = study.step_heights.iter().find(|r| {
+                            r.omega_v == omega_v && r.height_m.abs() == height_m && of_kind(r)
+                        });
+                        tried.map_or_else(|| "–".to_owned(), |r| rate(r.successes, r.trials))
+                    }));
+                }
+                row
+            })
+            .collect();
+        self.table(&columns, &rows);
+    }
+
+    pub(super) fn noise(&mut self, study: &Study) {
         self.push("<h3>Noise on one observation at a time: attempts that succeed</h3>\n");
-        for (omega_v, gait) in plan.gaits.into_iter().zip(["walking", "running"]) {
+        for (omega_v, gait) in study.gaits.into_iter().zip(["walking", "running"]) {
             let found: Vec<_> = study
                 .noise
                 .iter()
@@ -144,10 +218,8 @@ impl Page {
                 let own = || found.iter().filter(|r| r.observation == name);
                 let mut row = vec![format!("<code>{name}</code>")];
                 row.extend(levels.iter().map(|level| {
-                    own().find(|r| r.level == *level).map_or_else(
-                        || "0".to_owned(),
-                        |r| format!("{} of {}", r.successes, r.trials),
-                    )
+                    let tried = own().find(|r| r.level == *level);
+                    tried.map_or_else(|| "–".to_owned(), |r| rate(r.successes, r.trials))
                 }));
                 row.push(short(own().next().map_or(0.0, |r| r.deviation / r.level)));
                 rows.push(row);
@@ -155,8 +227,44 @@ impl Page {
             self.table(&columns, &rows);
         }
         self.push(
-            "<p class=\"quiet\">At a level with no success the next ones are not tried and count as 0.</p>\n",
+            "<p class=\"quiet\">Intervals are Wilson’s, 95 %. After a level, or a height, with no success the next ones are not tried \
+             (–); in the order of the observations they count as no success.</p>\n",
         );
+    }
+
+    /// Phases of support by the rule and by the forces themselves.
+    pub(super) fn support(&mut self, study: &Study) {
+        self.push(
+            "<h3>Phases of support by the rule, and by forces at every integration step</h3>\n",
+        );
+        let columns = [
+            Number("ω<sub>v</sub>"),
+            Text("gait"),
+            Number("double support"),
+            Number("both feet press"),
+            Number("flight"),
+            Number("no foot presses"),
+        ];
+        let rows: Vec<Vec<String>> = halves(study)
+            .map(|row| {
+                let s = &row.summary;
+                let phases = [
+                    s.double_support,
+                    s.both_feet_touching,
+                    s.flight,
+                    s.no_foot_touching,
+                ];
+                let mut cells = vec![row.omega_v.to_string(), s.gait.to_string()];
+                cells.extend(phases.map(short_or_dash));
+                cells
+            })
+            .collect();
+        self.table(&columns, &rows);
+        self.write(format_args!(
+            "<p class=\"quiet\">Shares of time. The rule judges mean forces of control periods, with a threshold and without short \
+             contacts; beside it stand the shares of integration steps of {} ms in which both feet, or none, bear any force.</p>\n",
+            short(1e3 * study.time_step_s)
+        ));
     }
 
     pub(super) fn return_maps(&mut self, study: &Study) {
@@ -206,7 +314,8 @@ impl Page {
         );
     }
 
-    pub(super) fn fine_step(&mut self, study: &Study, plan: &Plan) {
+    /// Everything that is measured with both integration steps.
+    pub(super) fn fine_step(&mut self, study: &Study) {
         type Value = fn(&Steady) -> Option<f64>;
         const VALUES: [(&str, Value); 4] = [
             ("Fr", |r| r.summary.froude),
@@ -214,9 +323,10 @@ impl Page {
             ("double support", |r| r.summary.double_support),
             ("flight", |r| r.summary.flight),
         ];
+        let Some(fine) = &study.fine_step else { return };
         self.write(format_args!(
             "<h3>Integration step of {} ms beside {} ms</h3>\n",
-            short(1e3 * plan.fine_step_s),
+            short(1e3 * fine.time_step_s),
             short(1e3 * study.time_step_s)
         ));
         let mut columns = vec![Number("ω<sub>v</sub>"), Text("gait"), Text("fine")];
@@ -226,7 +336,7 @@ impl Page {
                 .flat_map(|(title, _)| [Number(title), Number("fine")]),
         );
         let mut rows = Vec::new();
-        for fine in &study.fine_step {
+        for fine in halves(fine) {
             let Some(usual) = study.steady_at(fine.omega_v) else {
                 continue;
             };
@@ -243,9 +353,26 @@ impl Page {
             rows.push(row);
         }
         self.table(&columns, &rows);
+        let part = study.beside_fine_step();
+        let columns = [Text("number"), Number("usual"), Number("fine")];
+        let value = |n: &crate::HeadlineNumber| short_or_dash(n.seeds.first().copied().flatten());
+        let rows: Vec<Vec<String>> = headline_numbers(&[&part])
+            .iter()
+            .zip(headline_numbers(&[fine]))
+            .map(|(usual, fine)| {
+                let name = Prose(usual.name).to_string();
+                vec![name, value(usual), value(&fine)]
+            })
+            .collect();
+        self.table(&columns, &rows);
+        self.push(
+            "<p class=\"quiet\">Motions are of the same length, and both columns are from the same commands, stairs and starts: steady \
+             motions at every twentieth from 0 to 0.5 and every half from there on. So a number over all commands can differ from that \
+             above.</p>\n",
+        );
     }
 
-    pub(super) fn subjects(&mut self, measured: &[Measured]) {
+    pub(super) fn subjects(&mut self, studies: &[Study]) {
         let columns = [
             Text("name"),
             Text("experiment"),
@@ -254,14 +381,14 @@ impl Page {
             Text("version"),
             Text("command"),
         ];
-        let rows: Vec<Vec<String>> = measured
+        let rows: Vec<Vec<String>> = studies
             .iter()
-            .map(|m| {
-                let p = &m.study.provenance;
+            .map(|study| {
+                let p = &study.provenance;
                 vec![
-                    Escaped(&m.study.name).to_string(),
+                    Escaped(&study.name).to_string(),
                     Escaped(&p.experiment).to_string(),
-                    m.study.seed.to_string(),
+                    study.seed.to_string(),
                     p.environment_steps.to_string(),
                     Escaped(&p.version).to_string(),
                     format!("<code>{}</code>", Escaped(&p.command)),
@@ -279,4 +406,39 @@ fn outcome(change: &Change) -> String {
         (true, Some(steps)) => steps.to_string(),
         (true, None) => "no change".to_owned(),
     }
+}
+
+/// The steady motions at every half of the command, from 0 on.
+fn halves(study: &Study) -> impl Iterator<Item = &Steady> {
+    (0..=7).filter_map(|k| study.steady_at(0.5 * f64::from(k)))
+}
+
+/// A run in one row.
+fn run(study: &Study) -> Vec<String> {
+    let pair = |of: fn(&GaitSummary) -> String| {
+        let words = study
+            .gaits
+            .map(|w| study.at(w).map_or_else(|| "–".to_owned(), of));
+        words.join(", ")
+    };
+    let led = |changes: &[Change], [from, to]: [GaitClass; 2]| {
+        let led = changes.iter().filter(|c| c.leads(from, to)).count();
+        format!("{led} of {}", changes.len())
+    };
+    let (walk, run) = (GaitClass::Walking, GaitClass::Running);
+    let up = study.steady.iter().filter(|row| row.omega_v >= 0.0);
+    let falls = up.clone().filter(|row| row.summary.fell).count();
+    vec![
+        Escaped(&study.name).to_string(),
+        pair(|s| s.gait.to_string()),
+        pair(|s| short_or_dash(s.froude)),
+        pair(|s| short_or_dash(s.cost_of_transport)),
+        format!(
+            "{}, {}",
+            led(&study.to_running, [walk, run]),
+            led(&study.to_walking, [run, walk])
+        ),
+        format!("{falls} of {}", up.count()),
+        short_or_dash(study.late_falls),
+    ]
 }

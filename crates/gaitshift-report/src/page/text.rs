@@ -1,5 +1,6 @@
 //! Words and numbers as HTML has them.
 
+use gaitshift_analysis::statistics::wilson_interval;
 use gaitshift_experiment::Estimate;
 use std::fmt::Write;
 
@@ -46,6 +47,24 @@ pub(super) fn estimate(estimate: Option<Estimate>, seeds: usize) -> String {
             short(e.interval[1])
         ),
     }
+}
+
+/// The single seeds of a number, in small print; nothing for a single one.
+pub(super) fn seeds(values: &[Option<f64>]) -> String {
+    if values.len() < 2 {
+        return String::new();
+    }
+    let words: Vec<String> = values.iter().copied().map(short_or_dash).collect();
+    format!("<div class=\"seeds\">{}</div>", words.join(" "))
+}
+
+/// Successes of attempts with Wilson's interval.
+pub(super) fn rate(successes: usize, trials: usize) -> String {
+    let interval = match wilson_interval(successes, trials) {
+        Some((low, high)) => format!(" <small>[{low:.2}, {high:.2}]</small>"),
+        None => String::new(),
+    };
+    format!("{successes} of {trials}{interval}")
 }
 
 /// A text as HTML has it.

@@ -9,13 +9,13 @@ use gaitshift_analysis::{
     summarise_transition,
 };
 use gaitshift_experiment::CommandProfile;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Time that a change of gait is recorded before the command changes and after, in s.
 pub(super) const AROUND_S: f64 = 10.0;
 
 /// A change of gait on a ramp of the command.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Change {
     /// Whether it was survived.
     pub survived: bool,

@@ -6,7 +6,7 @@ use gaitshift_analysis::recording::{Column, Recording, column};
 use gaitshift_analysis::statistics::standard_deviation;
 use gaitshift_experiment::{Deterministic, Simulation};
 use gaitshift_task::{Disturbance, Environment, SensorNoise, TerrainStep};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Where the first step in the ground is tried, how far apart the places are, how far beyond it the body must get, and how far
 /// apart the steps of a row are, in m.
@@ -16,7 +16,7 @@ const BEYOND_STEP_M: f64 = 4.0;
 const ROW_APART_M: f64 = 0.5;
 
 /// Attempts at a step in the ground, or at a row of them.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StepHeight {
     /// The command.
     pub omega_v: f64,
@@ -31,12 +31,12 @@ pub struct StepHeight {
 }
 
 /// Attempts under noise on one observation.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NoiseTolerance {
     /// The command.
     pub omega_v: f64,
     /// Name of the observation; one with legs has noise on both.
-    pub observation: &'static str,
+    pub observation: String,
     /// Standard deviation of the noise over that of the observation itself in the undisturbed motion.
     pub level: f64,
     /// Standard deviation of the noise, in the observation's unit.
@@ -112,7 +112,7 @@ pub(super) fn noise_tolerance(
                 .count();
             rows.push(NoiseTolerance {
                 omega_v,
-                observation,
+                observation: observation.to_owned(),
                 level,
                 deviation,
                 successes,

@@ -2,11 +2,11 @@
 
 use crate::trace::Trace;
 use gaitshift_analysis::statistics;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// How feet come down and legs press under one command, from the motion at the integration step; means over its stances.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Landing {
     /// The command.
     pub omega_v: f64,

@@ -4,13 +4,12 @@ use super::plan::{Plan, commands};
 use crate::{ReportError, Subject};
 use gaitshift_analysis::recording::{Recording, Window, column};
 use gaitshift_analysis::{AnalysisOptions, GaitClass, GaitSummary, summarise};
-use gaitshift_body::{Body, BodyParameters};
 use gaitshift_experiment::{CommandProfile, Deterministic, Rollout, Simulation};
 use gaitshift_task::Environment;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A steady motion under one command, or one stair of the command.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Steady {
     /// The command.
     pub omega_v: f64,
@@ -22,7 +21,7 @@ pub struct Steady {
 }
 
 /// A motion from a random start.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StartedMotion {
     /// The command.
     pub omega_v: f64,
@@ -105,23 +104,6 @@ fn energy_change_j(recording: &Recording, window: Window) -> Option<f64> {
         .map(|row| (total(row + 1) - total(row)).abs())
         .collect();
     gaitshift_analysis::statistics::mean(&changes)
-}
-
-/// The motions of the tables with another integration step.
-pub(super) fn fine_steps(subject: &mut Subject, plan: &Plan) -> Result<Vec<Steady>, ReportError> {
-    let parameters = BodyParameters {
-        time_step_s: plan.fine_step_s,
-        ..subject.body.parameters().clone()
-    };
-    let body = Body::new(parameters)
-        .map_err(|cause| ReportError::Subject(format!("{}: {cause}", subject.name)))?;
-    let usual = std::mem::replace(&mut subject.body, body);
-    let rows = commands([0.0, 3.5, 0.5])
-        .into_iter()
-        .map(|omega_v| steady_motion(subject, omega_v, 20.0))
-        .collect();
-    subject.body = usual;
-    rows
 }
 
 /// One motion whose command climbs stairs and comes down again.

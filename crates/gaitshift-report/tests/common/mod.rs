@@ -3,7 +3,7 @@
 
 pub mod studies;
 
-use gaitshift_report::{Plan, Subject, write_report};
+use gaitshift_report::{Plan, Subject, Work, write_report};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -41,10 +41,19 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     all
 }
 
+/// Measuring that says nothing and is not stopped.
+pub fn quiet(threads: usize) -> Work<'static> {
+    Work {
+        threads,
+        say: &|_| {},
+        stop: &|| false,
+    }
+}
+
 /// Every file of a report by its path.
 pub fn written(subjects: &mut [Subject]) -> BTreeMap<String, Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();
-    let paths = write_report(subjects, &tiny(), folder.path(), &mut |_| {}).unwrap();
+    let paths = write_report(subjects, &tiny(), folder.path(), &quiet(2)).unwrap();
     assert_eq!(paths[0], folder.path().join("report.html"));
     let all = files(folder.path());
     assert_eq!(paths.len(), all.len());

@@ -1,7 +1,6 @@
 //! Studies of which every number is known.
 
 use gaitshift_analysis::{AnalysisOptions, GaitClass, GaitSummary, Recording, summarise};
-use gaitshift_experiment::Provenance;
 use gaitshift_report::{Change, Steady, StepHeight, Study};
 
 /// A summary in which nothing is known.
@@ -52,25 +51,20 @@ pub fn study(walk: f64, run: f64) -> Study {
         name: "a".to_owned(),
         group: "g".to_owned(),
         seed: 1,
-        provenance: Provenance::default(),
+        gaits: [0.0, 3.0],
         time_step_s: 2e-4,
         steady: vec![
             motion(0.0, GaitClass::Walking, walk, 0.3),
             motion(3.0, GaitClass::Running, run, 1.0),
         ],
-        fine_step: Vec::new(),
-        stairs_up: Vec::new(),
-        stairs_down: Vec::new(),
-        starts: Vec::new(),
         to_running: vec![
             change(true, 1),
             change(true, 3),
             change(false, 0),
             change(true, 1),
         ],
-        to_walking: Vec::new(),
-        walk_run_walk: Vec::new(),
-        round_trip: Vec::new(),
+        // On the slower ramp they take longer.
+        journal_changes: [vec![change(true, 2), change(true, 3)], Vec::new()],
         // A row of steps by turns is no single step.
         step_heights: [
             (0.01, 10, false),
@@ -87,9 +81,6 @@ pub fn study(walk: f64, run: f64) -> Study {
             trials: 10,
         })
         .to_vec(),
-        noise: Vec::new(),
-        return_maps: Vec::new(),
-        landings: Vec::new(),
-        late_falls: None,
+        ..Study::default()
     }
 }

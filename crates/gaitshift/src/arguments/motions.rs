@@ -295,11 +295,11 @@ pub struct CompareArguments {
 
 /// Repeats the study: every claim and figure of the paper and its journal version beside the results here.
 ///
-/// With --quick the page shows the shipped controller, in about a minute. Without it the study's experiments
+/// With --quick the page shows the shipped controller, in a minute or two. Without it the study's experiments
 /// are trained first: the paper's method with and without phase I and the recipe `fast` with five seeds each,
 /// the paper's method without the energy term and the variants of the journal version with three. That takes
-/// days; an estimate is printed first. Ctrl-C writes checkpoints, and the same command continues from them;
-/// finished runs are not repeated.
+/// days; an estimate of the training and of the measuring after it is printed first. Ctrl-C writes checkpoints,
+/// and the same command continues from them; finished runs are neither trained nor measured again.
 ///
 /// Into the folder of --out: report.html (one self-contained file, also for print), figures/ (each as SVG and PNG, its
 /// numbers as CSV and JSON), claims.csv, numbers.csv, report.json, and runs/. The same controllers give the same bytes.
@@ -318,7 +318,7 @@ pub struct ReproduceArguments {
     #[arg(long)]
     pub dry_run: bool,
 
-    /// Training runs at a time, 1 to 256 [default: the processors]
+    /// Training runs, and then controllers measured, at a time, 1 to 256 [default: the processors]
     #[arg(long, value_name = "N", allow_negative_numbers = true,
           value_parser = clap::value_parser!(u16).range(1..=256))]
     pub jobs: Option<u16>,
@@ -333,7 +333,8 @@ pub struct ReproduceArguments {
 /// Claims with verdicts, numbers beside human values, and figures: changes of gait (Fig. 3), returns over
 /// training (Fig. 4) where a run's folder has them, energies and poses over a stride, everything against the
 /// command, the change of gait as a bifurcation, where energy goes, ground reaction forces, steps in the
-/// ground, sensor noise. Runs of one experiment count as its seeds and are shown together, with intervals.
+/// ground, sensor noise. Runs of one experiment count as its seeds and are shown together, with intervals; the first
+/// has figures. What is measured of a run is kept in its folder and used again while controller and program are the same.
 ///
 /// Into the folder of --out: report.html (one self-contained file, also for print), figures/ (each as SVG and PNG, its
 /// numbers as CSV and JSON), claims.csv, numbers.csv and report.json. The same controllers give the same bytes.
