@@ -278,7 +278,7 @@ impl VectorEnvironment {
     }
 
     /// Goes back to a saved state. Returns whether it is one of so many environments, of bodies that this task can be
-    /// simulated on; nothing changes otherwise.
+    /// simulated on, and of disturbances whose time can go on; nothing changes otherwise.
     pub fn restore(&mut self, state: VectorState) -> bool {
         let members: Vec<Member> = state
             .0
@@ -293,7 +293,8 @@ impl VectorEnvironment {
             (Some(body), Some(_)) => task.validate(body.parameters()).is_ok(),
             (body, conditions) => body.is_none() && conditions.is_none(),
         };
-        let fits = members.len() == self.len() && members.iter().all(possible);
+        let in_time = |m: &Member| m.saved.disturbed.as_ref().is_none_or(Disturbed::in_time);
+        let fits = members.len() == self.len() && members.iter().all(|m| possible(m) && in_time(m));
         if fits {
             self.members = members;
         }

@@ -224,6 +224,22 @@ fn a_saved_state_of_a_body_that_the_task_cannot_run_on_is_refused() {
 }
 
 #[test]
+fn a_saved_disturbance_whose_time_cannot_go_on_is_refused() {
+    // What went wrong: the next control period overflowed the count of a damaged state's integration steps.
+    let disturbance = toml::from_str("latency_s = 0.01").unwrap();
+    let mut vector = vector(TaskParameters::default(), 1)
+        .disturbed(disturbance)
+        .unwrap();
+    vector.reset(0, Opening::default());
+    let before = vector.state();
+    let text = serde_json::to_string(&before).unwrap();
+    let (from, to) = ("\"steps\":0", "\"steps\":18446744073709551615");
+    assert_eq!(text.matches(from).count(), 1);
+    assert!(!vector.restore(serde_json::from_str(&text.replace(from, to)).unwrap()));
+    assert_eq!(vector.state(), before);
+}
+
+#[test]
 fn a_disturbed_episode_is_one_of_the_disturbance() {
     let task = TaskParameters::default();
     let push = Push {
