@@ -10,5 +10,6 @@ cargo doc --workspace --no-deps
 rm -rf "$book/rust" "$book/python"
 cp -r "${CARGO_TARGET_DIR:-target}/doc" "$book/rust"
 mkdir -p "$book/python"
-(cd "$book/python" && python3 -m pydoc -w gaitshift gaitshift.env gaitshift.vector gaitshift._motion gaitshift._native)
+(cd "$book/python" && python3 -m pydoc -w gaitshift gaitshift.env gaitshift.vector gaitshift.sac gaitshift.ray \
+    gaitshift._motion gaitshift._training gaitshift._native)
 echo "the book is in target/book/index.html" >&2

@@ -1,6 +1,7 @@
 //! One experiment as one TOML file: body, task, curriculum, learner and training, every value named.
 
 mod checks;
+mod digest;
 mod names;
 mod parts;
 mod reading;

@@ -9,6 +9,10 @@ use std::path::Path;
 pub struct Provenance {
     /// Name of the experiment.
     pub experiment: String,
+    /// Mark of the whole configuration, by which experiments of one name are told apart, see
+    /// [`Experiment::digest`](crate::Experiment::digest); none in files of before there was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub experiment_digest: Option<String>,
     /// Command that made it, see [`portable_command`].
     pub command: String,
     /// Seed of the run.

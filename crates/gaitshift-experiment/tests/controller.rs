@@ -3,7 +3,7 @@
 
 mod common;
 use common::{Until, unevaluated};
-use gaitshift_experiment::{Controller, Training, portable_command};
+use gaitshift_experiment::{Controller, Experiment, RECIPES, Training, portable_command};
 use std::ffi::OsString;
 use std::path::Path;
 
@@ -22,7 +22,67 @@ fn what_comes_with_the_program_is_what_training_wrote() {
             format!("gaitshift train {recipe} --threads 1")
         );
         assert!(provenance.edits.is_empty());
+        // What went wrong: the recipe was changed and kept its name, so the file named one that had not made it.
+        if let Some(digest) = provenance.experiment_digest {
+            let now = Experiment::recipe(recipe).unwrap().digest().unwrap();
+            assert_eq!(
+                digest, now,
+                "{name} is not what the recipe {recipe} makes now"
+            );
+        }
     }
+}
+
+#[test]
+fn experiments_of_one_name_are_told_apart() {
+    let fast = Experiment::recipe("fast").unwrap();
+    let digest = |e: &Experiment| e.digest().unwrap();
+    let of = |values: &[&str]| {
+        let values: Vec<String> = values.iter().map(|&v| v.to_owned()).collect();
+        digest(&fast.with_values(&values).unwrap())
+    };
+    // What makes no other experiment: its name, the seed, threads, and how its file is written.
+    let same = of(&["name=x", "seed=7", "learner.threads=2"]);
+    assert_eq!(same, digest(&fast));
+    let read_again = Experiment::parse(&fast.to_toml().unwrap(), "config.toml").unwrap();
+    assert_eq!(digest(&read_again), digest(&fast));
+    // One value anywhere does.
+    let others = [
+        "body.friction=0.9",
+        "body.friction=0",
+        "learner.gamma=0.98",
+        "learner.critic_hidden=[64]",
+        "learner.critic_layer_norm=false",
+        "curriculum.phases.II.steps=5000000",
+        "training.symmetry=none",
+        "criteria.omega_v=[0, 3]",
+    ];
+    let mut digests: Vec<String> = others.iter().map(|&value| of(&[value])).collect();
+    digests.extend(RECIPES.map(|(name, _)| digest(&Experiment::recipe(name).unwrap())));
+    digests.sort();
+    digests.dedup();
+    assert_eq!(digests.len(), others.len() + RECIPES.len());
+    assert!(digests.iter().all(|d| d.len() == 8));
+}
+
+#[test]
+fn training_writes_the_digest_and_files_without_one_are_read() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("run");
+    let experiment = unevaluated();
+    let digest = experiment.digest().unwrap();
+    Training::new(experiment, &folder, "gaitshift train tiny.toml")
+        .unwrap()
+        .run(&mut Until::step(600))
+        .unwrap();
+    let mut controller = Controller::read(&folder).unwrap();
+    assert_eq!(controller.provenance.experiment_digest, Some(digest));
+    // Version 1 of the format, before there was one: the key is absent.
+    controller.provenance.experiment_digest = None;
+    let bytes = controller.to_bytes().unwrap();
+    assert!(!String::from_utf8_lossy(&bytes).contains("experiment_digest"));
+    let read = Controller::from_bytes(&bytes, Path::new("c")).unwrap();
+    assert_eq!(read.provenance, controller.provenance);
 }
 
 #[test]

@@ -3,8 +3,9 @@
 //!
 //! Files are damaged at random: valid ones, changed at up to four places, the header's length of a safetensors file put
 //! right again or not. `BOLERO_RANDOM_ITERATIONS` says how many inputs each test tries instead of its own, small number;
-//! docs/verification.md has the result of a long run. No damaged files are kept: valid ones are written anew, so that they
-//! follow the formats, and an input that fails becomes a named test of its reader, as in run_folder.rs.
+//! docs/verification.md has the result of a long run. Valid files that a person writes are in `corpus/`, those that the
+//! program writes are made anew, so that they follow the formats. An input that failed is a named test of its reader
+//! that begins with what went wrong: here, in run_folder.rs and in the tests of the other crates.
 
 mod common;
 use bolero::TypeGenerator;
@@ -13,11 +14,11 @@ use common::{EVALUATION, Until, tiny};
 use gaitshift_analysis::Recording;
 use gaitshift_body::Body;
 use gaitshift_experiment::{
-    CommandProfile, Control, Controller, Deterministic, Evaluation, Experiment, Rollout, Sweep,
-    Training, load_body_overrides,
+    CommandProfile, Control, Controller, Criteria, Deterministic, Evaluation, Experiment, Rollout,
+    Sweep, Training, load_body_overrides, load_disturbance,
 };
 use gaitshift_sac::{Agent, ReplayBuffer};
-use gaitshift_task::Environment;
+use gaitshift_task::{AutoReset, Environment, Opening, VectorEnvironment, VectorState};
 use std::alloc::System;
 use std::fs;
 use std::panic::AssertUnwindSafe;
@@ -183,11 +184,11 @@ impl Input {
     }
 }
 
-/// Tries damaged seeds on a reader.
-fn try_damaged(inputs: usize, seeds: Vec<Vec<u8>>, reader: impl Fn(&[u8])) {
+/// Tries damaged seeds on a reader, which says whether it accepted what it was given.
+fn try_damaged(inputs: usize, seeds: Vec<Vec<u8>>, reader: impl Fn(&[u8]) -> bool) {
     // As they are, they must be read: a test that only ever sees errors at the first byte shows nothing.
     for seed in &seeds {
-        reader(seed);
+        assert!(reader(seed), "{}", String::from_utf8_lossy(seed));
     }
     let reader = AssertUnwindSafe(reader);
     bolero::check!()
@@ -201,6 +202,18 @@ fn try_damaged(inputs: usize, seeds: Vec<Vec<u8>>, reader: impl Fn(&[u8])) {
             let took = start.elapsed();
             assert!(took < Duration::from_secs(20), "{took:?}");
         });
+}
+
+/// The files of a folder of `corpus/`.
+fn corpus(folder: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/corpus")
+        .join(folder);
+    let entries = fs::read_dir(&folder).unwrap();
+    let mut paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    assert!(!paths.is_empty(), "{}", folder.display());
+    paths.iter().map(|path| fs::read(path).unwrap()).collect()
 }
 
 /// A finished run of a second with small networks, for its files.
@@ -240,7 +253,7 @@ fn controllers() {
     let seeds = vec![file("controller-last.safetensors")];
     try_damaged(2000, seeds, |bytes| {
         let Ok(mut controller) = Controller::from_bytes(bytes, Path::new("c")) else {
-            return;
+            return false;
         };
         let mut action = [0.0; 2];
         Deterministic(&mut controller.policy).act(&[0.1; 14], &mut action);
@@ -257,9 +270,11 @@ fn controllers() {
             controller: "c",
         }
         .record(&mut Deterministic(&mut controller.policy));
+        true
     });
 }
 
+/// Also what `gaitshift.SAC.load` of the Python package reads.
 #[test]
 fn agents() {
     let folder = tempfile::tempdir().unwrap();
@@ -267,23 +282,30 @@ fn agents() {
     let replay = ReplayBuffer::load(&run().join("checkpoint/replay.safetensors")).unwrap();
     try_damaged(1000, vec![file("checkpoint/agent.safetensors")], |bytes| {
         fs::write(&path, bytes).unwrap();
-        if let Ok(mut agent) = Agent::load(&path) {
-            let (mut actions, mut log_probs) = ([0.0; 4], [0.0; 2]);
-            let _ = agent.act(&[0.1; 28], &mut actions, &mut log_probs);
-            let _ = agent.update(&replay);
-        }
+        let Ok(mut agent) = Agent::load(&path) else {
+            return false;
+        };
+        let (mut actions, mut log_probs) = ([0.0; 4], [0.0; 2]);
+        let _ = agent.act(&[0.1; 28], &mut actions, &mut log_probs);
+        let _ = agent.update(&replay);
+        true
     });
 }
 
 #[test]
 fn replay_buffers() {
+    let agent = run().join("checkpoint/agent.safetensors");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("replay.safetensors");
     try_damaged(1000, vec![file("checkpoint/replay.safetensors")], |bytes| {
         fs::write(&path, bytes).unwrap();
-        if let Ok(replay) = ReplayBuffer::load(&path) {
-            assert!(replay.len() <= replay.capacity());
-        }
+        let Ok(replay) = ReplayBuffer::load(&path) else {
+            return false;
+        };
+        assert!(replay.len() <= replay.capacity());
+        // An agent that learns from it ends in an error at worst.
+        let _ = Agent::load(&agent).unwrap().update(&replay);
+        true
     });
 }
 
@@ -308,10 +330,12 @@ fn recordings() {
     let seeds = vec![recording.to_csv().unwrap().into_bytes()];
     try_damaged(2000, seeds, |bytes| {
         fs::write(&path, bytes).unwrap();
-        if let Ok(recording) = Recording::read_csv(&path) {
-            let options = gaitshift_analysis::AnalysisOptions::default();
-            gaitshift_analysis::summarise(&recording, &options);
-        }
+        let Ok(recording) = Recording::read_csv(&path) else {
+            return false;
+        };
+        let options = gaitshift_analysis::AnalysisOptions::default();
+        gaitshift_analysis::summarise(&recording, &options);
+        true
     });
 }
 
@@ -319,19 +343,16 @@ fn recordings() {
 fn command_profiles() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("profile.csv");
-    let seeds = [
-        "time_s,omega_v\n0,1\n8,0\n8.4,3\n",
-        "# a comment\nomega_v,time_s\n 0.5, 1\n",
-    ];
-    let seeds = seeds.map(|s| s.as_bytes().to_vec()).to_vec();
-    try_damaged(2000, seeds, |bytes| {
+    try_damaged(2000, corpus("profile"), |bytes| {
         fs::write(&path, bytes).unwrap();
-        if let Ok(profile) = CommandProfile::read_csv(&path) {
-            let (low, high) = profile.range();
-            assert!(low <= high && profile.end_s().is_finite());
-            profile.at(0.3);
-            profile.change_s();
-        }
+        let Ok(profile) = CommandProfile::read_csv(&path) else {
+            return false;
+        };
+        let (low, high) = profile.range();
+        assert!(low <= high && profile.end_s().is_finite());
+        profile.at(0.3);
+        profile.change_s();
+        true
     });
 }
 
@@ -348,54 +369,38 @@ fn experiments() {
                 .into_bytes(),
         );
     }
-    seeds.push(
-        "[criteria]\nomega_v = [0, 2]\n[[criteria.gaits]]\nomega_v = 0\ngait = \"walking\"\n[[criteria.gaits]]\n\
-         omega_v = 2\ngait = \"running\"\n[[criteria.changes]]\nfrom = 0\nto = 2\n"
-            .into(),
-    );
-    seeds.push(
-        b"base = \"fast\"\n[curriculum.phases.II]\nsteps = 9\nlearner = { horizon = 75 }\n\
-          [curriculum.phases.\"I, settling\".reward]\nomega_f = 1.0\n"
-            .to_vec(),
-    );
+    seeds.extend(corpus("experiment"));
     try_damaged(1000, seeds, |bytes| {
         let text = String::from_utf8_lossy(bytes);
-        if let Ok(experiment) = Experiment::parse(&text, "e.toml") {
-            let again = Experiment::parse(&experiment.to_toml().unwrap(), "e.toml").unwrap();
-            assert_eq!(again, experiment);
-            let total = experiment.curriculum.total_steps();
-            for step in [0, total / 2, total] {
-                experiment.curriculum.at(step, &experiment.task.reward);
-                experiment.learner_at(step);
-            }
+        let Ok(experiment) = Experiment::parse(&text, "e.toml") else {
+            return false;
+        };
+        let again = Experiment::parse(&experiment.to_toml().unwrap(), "e.toml").unwrap();
+        assert_eq!(again, experiment);
+        assert_eq!(again.digest().unwrap(), experiment.digest().unwrap());
+        let total = experiment.curriculum.total_steps();
+        for step in [0, total / 2, total] {
+            experiment.curriculum.at(step, &experiment.task.reward);
+            experiment.learner_at(step);
         }
+        true
     });
 }
 
 #[test]
 fn sweeps() {
-    let head = "name = \"s\"\nexperiment = \"fast\"\nseeds = [1, 2]\n";
-    let random = "random = { settings = 3, seed = 1 }\n";
-    let vary = "[vary]\nlearner.learning_rate = { from = 1e-4, to = 1e-3, scale = \"log\" }\n\
-                body.friction = [0.3, 1.0]\n";
-    let grid = "[vary]\nlearner.n_step = [1, 3]\n\"body.friction\" = [0.3, 1.0]\n";
-    let variants = "[set.learner]\nthreads = 1\n[[variants]]\nname = \"a\"\n[[variants]]\nname = \"b\"\n\
-                    set.body = { friction = 0.3 }\n";
-    let seeds = [
-        format!("{head}{random}{vary}"),
-        format!("{head}{grid}"),
-        format!("{head}{variants}"),
-    ];
-    try_damaged(300, seeds.map(String::into_bytes).to_vec(), |bytes| {
+    try_damaged(300, corpus("sweep"), |bytes| {
         let Ok(text) = std::str::from_utf8(bytes) else {
-            return;
+            return false;
         };
-        if let Ok(sweep) = Sweep::parse(text, "sweep.toml") {
-            assert!(!sweep.trials.is_empty());
-            for trial in &sweep.trials {
-                trial.experiment.validate("trial").unwrap();
-            }
+        let Ok(sweep) = Sweep::parse(text, "sweep.toml") else {
+            return false;
+        };
+        assert!(!sweep.trials.is_empty());
+        for trial in &sweep.trials {
+            trial.experiment.validate("trial").unwrap();
         }
+        true
     });
 }
 
@@ -409,12 +414,14 @@ fn evaluations() {
         if bytes == lines {
             assert_eq!(Evaluation::read_all(run.path()).unwrap().len(), 2);
         }
-        if let Ok(evaluations) = Evaluation::read_all(run.path()) {
-            assert_eq!(
-                Evaluation::best(&evaluations).is_some(),
-                !evaluations.is_empty()
-            );
-        }
+        let Ok(evaluations) = Evaluation::read_all(run.path()) else {
+            return false;
+        };
+        assert_eq!(
+            Evaluation::best(&evaluations).is_some(),
+            !evaluations.is_empty()
+        );
+        true
     });
 }
 
@@ -424,16 +431,94 @@ fn body_files() {
     let path = folder.path().join("body.toml");
     let base = Experiment::recipe("paper").unwrap().body;
     let whole = toml::to_string(&base).unwrap();
-    let seeds = vec![
-        b"friction = 0.6\nfoot_mass_kg = 2\n".to_vec(),
-        whole.into_bytes(),
-    ];
+    let mut seeds = corpus("body");
+    seeds.push(whole.into_bytes());
     try_damaged(2000, seeds, |bytes| {
         fs::write(&path, bytes).unwrap();
-        if let Ok(parameters) = load_body_overrides(&path, &base) {
-            Body::new(parameters).unwrap();
-        }
+        let Ok(parameters) = load_body_overrides(&path, &base) else {
+            return false;
+        };
+        Body::new(parameters).unwrap();
+        true
     });
+}
+
+#[test]
+fn disturbances() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("disturbance.toml");
+    let controller = Controller::shipped().unwrap();
+    let body = Body::new(controller.body.clone()).unwrap();
+    try_damaged(1000, corpus("disturbance"), |bytes| {
+        fs::write(&path, bytes).unwrap();
+        let Ok(disturbance) = load_disturbance(&path) else {
+            return false;
+        };
+        let body = disturbance.place(body.clone());
+        // What a motion cannot survive ends it; a recording may refuse its numbers.
+        let _ = Rollout {
+            body: &body,
+            task: &controller.task,
+            start: Environment::default_start(&body, &controller.task),
+            profile: &CommandProfile::constant(3.0),
+            duration_s: 0.05,
+            seed: 1,
+            disturbance: Some(&disturbance),
+            controller: "c",
+        }
+        .record(&mut Deterministic(&mut controller.policy.clone()));
+        true
+    });
+}
+
+#[test]
+fn criteria() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("criteria.toml");
+    try_damaged(1000, corpus("criteria"), |bytes| {
+        fs::write(&path, bytes).unwrap();
+        let Ok(criteria) = Criteria::load(&path) else {
+            return false;
+        };
+        let experiment = Experiment {
+            criteria,
+            ..Experiment::recipe("paper").unwrap()
+        };
+        // No phase of `paper` rehearses, which would need a walk to be asked for.
+        experiment.validate("criteria").unwrap();
+        !experiment.criteria.to_string().is_empty()
+    });
+}
+
+/// What the Python package's environments keep when they are pickled.
+#[test]
+fn states_of_vector_environments() {
+    let experiment = tiny();
+    let body = Body::new(experiment.body.clone()).unwrap();
+    let vector = VectorEnvironment::new(body, experiment.task.clone(), [-0.5, 3.5], 2);
+    let randomization = experiment.curriculum.phases[1].randomization.clone();
+    let drawn = vector.clone().randomized(randomization.unwrap()).unwrap();
+    for vector in [vector, drawn] {
+        let mut begun = vector.clone();
+        for index in 0..begun.len() {
+            begun.reset(index, Opening::default());
+            begun.step(index, [0.3, -0.3]);
+        }
+        let seed = serde_json::to_vec(&begun.state()).unwrap();
+        try_damaged(1000, vec![seed], |bytes| {
+            let Ok(state) = serde_json::from_slice::<VectorState>(bytes) else {
+                return false;
+            };
+            let mut vector = vector.clone();
+            if !vector.restore(state) {
+                return false;
+            }
+            for _ in 0..2 {
+                vector.step_all(&[[0.5, -0.5]; 2], AutoReset::NextStep, 1);
+            }
+            true
+        });
+    }
 }
 
 /// A run resumed from a folder of which one file is damaged, and what it does next.
@@ -458,16 +543,24 @@ fn resumed(name: &str, inputs: usize) {
             fs::write(folder.join(other), content).unwrap();
         }
         fs::write(folder.join(name), bytes).unwrap();
-        if let Ok(mut training) = Training::resume(&folder) {
-            // `progress` is told after the first period.
-            let _ = training.run(&mut Until::step(1));
-        }
+        let Ok(mut training) = Training::resume(&folder) else {
+            return false;
+        };
+        // `progress` is told after the first period.
+        let _ = training.run(&mut Until::step(1));
+        true
     });
 }
 
 #[test]
 fn states() {
     resumed("checkpoint/state.json", 200);
+}
+
+/// They are cut back to the lengths that the checkpoint names.
+#[test]
+fn logs_of_episodes() {
+    resumed("episodes.csv", 100);
 }
 
 #[test]

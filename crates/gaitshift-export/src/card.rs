@@ -139,8 +139,13 @@ fn training(text: &mut String, controller: &Controller) {
     let p = &controller.provenance;
     let _ = write!(
         text,
-        "## Training\n\nSoft Actor-Critic, experiment `{}`, seed {}, {} environment steps, {} updates, gaitshift {}",
-        p.experiment, p.seed, p.environment_steps, p.updates, p.version
+        "## Training\n\nSoft Actor-Critic, experiment `{}` (digest {}), seed {}, {} environment steps, {} updates, gaitshift {}",
+        p.experiment,
+        p.experiment_digest.as_deref().unwrap_or("unknown"),
+        p.seed,
+        p.environment_steps,
+        p.updates,
+        p.version
     );
     let _ = write!(text, ".\n\n```sh\n{}\n```\n\n", p.command);
     if !p.edits.is_empty() {

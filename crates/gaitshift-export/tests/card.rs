@@ -16,6 +16,7 @@ fn judged(controller: &mut Controller) -> Judgement {
 fn it_tells_what_was_measured_and_where_it_comes_from() {
     let mut controller = Controller::shipped().unwrap();
     controller.body = BodyParameters::default();
+    controller.provenance.experiment_digest = Some("0123abcd".to_owned());
     let judgement = judged(&mut controller);
     let text = card(&controller, &judgement, "c.safetensors", Some("mit")).unwrap();
     assert!(text.starts_with("---\n") && text.contains("\nlicense: mit\n"));
@@ -26,7 +27,7 @@ fn it_tells_what_was_measured_and_where_it_comes_from() {
     let p = &controller.provenance;
     for word in [
         p.command.clone(),
-        format!("seed {}", p.seed),
+        format!("`{}` (digest 0123abcd), seed {}", p.experiment, p.seed),
         format!("{} environment steps", p.environment_steps),
         format!("{} of {} criteria", judgement.met(), judgement.checks.len()),
         "gaitshift demo --controller c.safetensors".to_owned(),
@@ -40,8 +41,10 @@ fn it_tells_what_was_measured_and_where_it_comes_from() {
 fn what_the_body_has_of_its_own_and_what_is_not_met_is_said() {
     let mut controller = Controller::shipped().unwrap();
     controller.body.friction = 0.25;
+    controller.provenance.experiment_digest = None;
     let judgement = judged(&mut controller);
     let text = card(&controller, &judgement, "c.safetensors", None).unwrap();
+    assert!(text.contains("(digest unknown)"));
     assert!(!text.contains("license:"));
     assert!(text.contains("| `friction` | 0.25 | 1.0 |"), "{text}");
     let missed = judgement.checks.iter().find(|check| !check.met).unwrap();

@@ -7,12 +7,15 @@ use std::time::Duration;
 
 use gaitshift_nn::Workers;
 
+/// Fewer under Miri, which interprets every instruction.
+const ROUNDS: usize = if cfg!(miri) { 30 } else { 2000 };
+
 #[test]
 fn every_task_runs_once() {
     for threads in 1..=4 {
         let mut workers = Workers::new(threads);
         assert_eq!(workers.threads(), threads);
-        for round in 0..2000 {
+        for round in 0..ROUNDS {
             let tasks = round % 9;
             let counts: [AtomicU32; 9] = Default::default();
             workers.run(tasks, &|task| {
@@ -31,7 +34,7 @@ fn the_second_stage_reads_what_the_first_has_done() {
     for threads in 1..=4 {
         let mut workers = Workers::new(threads);
         let mut scratch = vec![0usize; threads];
-        for round in 1..2000 {
+        for round in 1..ROUNDS {
             let counts = [1 + round % 5, round % 3, round % 11];
             let [mut first, mut beside, mut second] = counts.map(|count| vec![0; count]);
             workers.two_stages(

@@ -143,6 +143,9 @@ impl Disturbance {
     }
 }
 
+/// Most integration steps of a motion that is read: far more than any has, far less than can be counted.
+const MOST_STEPS: u64 = 1 << 52;
+
 /// A disturbance at work on one motion: what its delay and its sensors hold at the moment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Disturbed {
@@ -183,6 +186,11 @@ impl Disturbed {
             steps: 0,
             rng,
         })
+    }
+
+    /// Whether its time is one that a motion can have reached.
+    pub(crate) fn in_time(&self) -> bool {
+        self.steps <= MOST_STEPS
     }
 
     /// What the controller is told of the state, in SI units.

@@ -277,8 +277,8 @@ impl VectorEnvironment {
         VectorState(self.members.iter().map(|m| m.saved.clone()).collect())
     }
 
-    /// Goes back to a saved state. Returns whether it is one of so many environments, of bodies that can be; nothing
-    /// changes otherwise.
+    /// Goes back to a saved state. Returns whether it is one of so many environments, of bodies that this task can be
+    /// simulated on, and of disturbances whose time can go on; nothing changes otherwise.
     pub fn restore(&mut self, state: VectorState) -> bool {
         let members: Vec<Member> = state
             .0
@@ -288,8 +288,13 @@ impl VectorEnvironment {
                 saved,
             })
             .collect();
-        let possible = |m: &Member| m.body.is_some() == m.saved.conditions.is_some();
-        let fits = members.len() == self.len() && members.iter().all(possible);
+        let task = &self.setting.task;
+        let possible = |m: &Member| match (&m.body, &m.saved.conditions) {
+            (Some(body), Some(_)) => task.validate(body.parameters()).is_ok(),
+            (body, conditions) => body.is_none() && conditions.is_none(),
+        };
+        let in_time = |m: &Member| m.saved.disturbed.as_ref().is_none_or(Disturbed::in_time);
+        let fits = members.len() == self.len() && members.iter().all(|m| possible(m) && in_time(m));
         if fits {
             self.members = members;
         }

@@ -207,6 +207,39 @@ fn it_begins_in_a_state_and_goes_on_from_a_saved_one_to_the_same_bits() {
 }
 
 #[test]
+fn a_saved_state_of_a_body_that_the_task_cannot_run_on_is_refused() {
+    // What went wrong: the body that an episode had drawn was not checked against the task; with a tiny time step one
+    // control period takes billions of steps, and an environment read from a damaged text hung.
+    let randomization = toml::from_str("body = { friction = [0.5, 1.5] }").unwrap();
+    let mut vector = vector(TaskParameters::default(), 1)
+        .randomized(randomization)
+        .unwrap();
+    vector.reset(0, Opening::default());
+    let text = serde_json::to_string(&vector.state()).unwrap();
+    let (from, to) = ("\"time_step_s\":0.0002", "\"time_step_s\":1e-300");
+    assert!(text.contains(from));
+    let before = vector.state();
+    assert!(!vector.restore(serde_json::from_str(&text.replace(from, to)).unwrap()));
+    assert_eq!(vector.state(), before);
+}
+
+#[test]
+fn a_saved_disturbance_whose_time_cannot_go_on_is_refused() {
+    // What went wrong: the next control period overflowed the count of a damaged state's integration steps.
+    let disturbance = toml::from_str("latency_s = 0.01").unwrap();
+    let mut vector = vector(TaskParameters::default(), 1)
+        .disturbed(disturbance)
+        .unwrap();
+    vector.reset(0, Opening::default());
+    let before = vector.state();
+    let text = serde_json::to_string(&before).unwrap();
+    let (from, to) = ("\"steps\":0", "\"steps\":18446744073709551615");
+    assert_eq!(text.matches(from).count(), 1);
+    assert!(!vector.restore(serde_json::from_str(&text.replace(from, to)).unwrap()));
+    assert_eq!(vector.state(), before);
+}
+
+#[test]
 fn a_disturbed_episode_is_one_of_the_disturbance() {
     let task = TaskParameters::default();
     let push = Push {

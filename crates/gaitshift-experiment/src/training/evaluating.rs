@@ -30,6 +30,7 @@ impl Training {
             task: self.experiment.task.clone(),
             provenance: Provenance {
                 experiment: self.experiment.name.clone(),
+                experiment_digest: self.experiment.digest().ok(),
                 command: self.command.clone(),
                 seed: self.experiment.seed,
                 environment_steps: self.counters.step,

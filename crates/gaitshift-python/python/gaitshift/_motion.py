@@ -135,7 +135,7 @@ class Controller:
         name: what recordings call it.
         body: all parameters of the body, a dict.
         task: all parameters of the task, a dict.
-        provenance: experiment, command, seed, steps.
+        provenance: experiment and its digest, command, seed, steps.
         control_period_s: an action is held for this time, in s.
     """
 
