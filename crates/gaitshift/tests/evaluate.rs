@@ -385,9 +385,15 @@ fn several_starts_are_told_with_mean_spread_and_falls() {
     }
     // The start is the one that the seed alone draws.
     let one = place.json("evaluate --omega-v 3 --duration-s 3 --seed 2 --json");
-    let mut alone = self::rows(&one)[0].clone();
-    alone["seed"] = Value::from(2);
-    assert_eq!(alone, rows[4]);
+    assert_eq!(self::rows(&one)[0], rows[4]);
+    // It was given only where there are several.
+    assert_eq!(rows[4]["seed"], 2);
+    let default = place.json("evaluate --omega-v 3 --duration-s 1 --json");
+    assert!(
+        self::rows(&default)[0]
+            .get("seed")
+            .is_some_and(Value::is_null)
+    );
 }
 
 #[test]
