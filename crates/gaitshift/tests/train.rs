@@ -336,7 +336,7 @@ fn a_file_without_a_name_is_named_as_the_file_is() {
         .collect();
     place.write("mine.toml", nameless.join("\n"));
     place.stdout("train mine.toml --steps 1");
-    assert!(place.path("runs/mine-1/config.toml").is_file());
+    assert!(place.path("runs/mine-5/config.toml").is_file());
 }
 
 #[test]
