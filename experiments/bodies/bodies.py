@@ -1,9 +1,16 @@
 """How often a controller falls on bodies other than the one it was trained on.
 
-Draws bodies whose masses, inertias, springs, dampers and friction are each up to a share larger or smaller, lets the
-controller move each of them for 20 s at every command, and prints the falls with Wilson's 95 % interval.
+Draws bodies whose parameters are each up to a share larger or smaller, lets the controller move each of them for 20 s at
+every command, and prints the falls with Wilson's 95 % interval. Two sets of parameters:
 
-    python experiments/bodies/bodies.py [--controller FILE] [--share 0.1] [--bodies 25]
+- `all`: masses, inertias, springs, dampers, friction and the distances of the segments' centres of mass;
+- `segments`: masses, inertias and distances alone, as one may read them differently from a paper.
+
+A foot's centre of mass further out than the sole is put at the sole. The commands, after `maturin develop`:
+
+    python experiments/bodies/bodies.py --controller shipped
+    python experiments/bodies/bodies.py --controller robust
+    python experiments/bodies/bodies.py --controller robust --vary segments --share 0.2 --hip-com-m 0.1
 """
 
 from __future__ import annotations
@@ -15,7 +22,7 @@ import numpy as np
 
 import gaitshift
 
-VARIED = (
+SEGMENTS = (
     "hip_mass_kg",
     "thigh_mass_kg",
     "tibia_mass_kg",
@@ -24,6 +31,12 @@ VARIED = (
     "thigh_inertia_kg_m2",
     "tibia_inertia_kg_m2",
     "foot_inertia_kg_m2",
+    "thigh_distance_m",
+    "tibia_distance_m",
+    "foot_distance_m",
+)
+ALL = (
+    *SEGMENTS,
     "hip_stiffness_nm_per_rad",
     "hip_damping_nms_per_rad",
     "k1_n_per_m",
@@ -48,18 +61,25 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--controller", default="shipped", help="file or name")
     parser.add_argument("--share", type=float, default=0.1, help="how far each parameter may be off")
+    parser.add_argument("--vary", choices=("all", "segments"), default="all", help="what differs")
+    parser.add_argument("--hip-com-m", type=float, default=0.0,
+                        help="put the hip's centre of mass up to this higher or lower, in m")
     parser.add_argument("--bodies", type=int, default=25, help="how many bodies are drawn")
     parser.add_argument("--seed", type=int, default=1, help="draws the bodies")
     arguments = parser.parse_args()
     controller = gaitshift.Controller.load(arguments.controller)
     rng = np.random.default_rng(arguments.seed)
-    factors = rng.uniform(1 - arguments.share, 1 + arguments.share, (arguments.bodies, len(VARIED)))
+    varied = ALL if arguments.vary == "all" else SEGMENTS
+    factors = rng.uniform(1 - arguments.share, 1 + arguments.share, (arguments.bodies, len(varied)))
+    heights = controller.body["hip_com_height_m"] + rng.uniform(-1, 1, arguments.bodies) * arguments.hip_com_m
     all_falls = 0
     print("ω_v   falls  gaits of the others")
     for omega_v in COMMANDS:
         falls, gaits = 0, {}
-        for row in factors:
-            body = {name: controller.body[name] * factor for name, factor in zip(VARIED, row, strict=True)}
+        for row, height in zip(factors, heights, strict=True):
+            body = {name: controller.body[name] * factor for name, factor in zip(varied, row, strict=True)}
+            body["foot_distance_m"] = min(body["foot_distance_m"], controller.body["leg_length_m"])
+            body["hip_com_height_m"] = height
             summary = controller.record(omega_v, 20.0, body=body).summary()
             if summary["fell"]:
                 falls += 1

@@ -1,18 +1,23 @@
 """Drives a controller in MuJoCo, without retraining, and analyses its motion with gaitshift.
 
-    python experiments/mujoco_transfer/transfer.py --out out/mujoco_transfer
+    python experiments/mujoco_transfer/transfer.py --phases 10
+    python experiments/mujoco_transfer/transfer.py --phases 10 --contact mujoco --out out/mujoco_contact
+    python experiments/mujoco_transfer/transfer.py --phases 10 --contact mujoco --controller robust --out out/robust
 
-needs the packages of crates/gaitshift-python/tests/requirements.txt and the program `gaitshift` (--program, or on the
-PATH). MuJoCo loads the body as the exported MJCF; the policy is the exported ONNX file, run at the control period of the
-controller. Each motion begins at the default start and is written as a recording; `gaitshift analyse` applies the same
-rules to it as `gaitshift evaluate` and `gaitshift transition` do to ours.
+With `--contact mujoco` the ground is MuJoCo's own default contact instead of the file's, which has the stiffness and the
+damping of ours. The script needs the packages of crates/gaitshift-python/tests/requirements.txt and the program `gaitshift`
+(--program, or on the PATH). MuJoCo loads the body as the exported MJCF; the policy is the exported ONNX file, run at the
+control period of the controller. Each motion begins at the default start and is written as a recording; `gaitshift analyse`
+applies the same rules to it as `gaitshift evaluate` and `gaitshift transition` do to ours.
 
-The recording's energies are functions of the motion, by our formulas. Work and losses are computed as in our integrator,
-from MuJoCo's forces: each force times the mean of the old and the new velocity of a step.
+The recording's energies are functions of the motion, by our formulas: with MuJoCo's contact `contact_energy_j` is what
+ours would store at that depth, and `contact_dissipation_j` has the difference. Work and losses are computed as in our
+integrator, from MuJoCo's forces: each force times the mean of the old and the new velocity of a step.
 """
 
 import argparse
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -27,6 +32,15 @@ COMMANDS = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5]
 SIDES = ("right", "left")
 # The recorded terms of the reward.
 TERMS = [name.removeprefix("reward_") for name in gaitshift.COLUMNS if name.startswith("reward_")]
+
+
+def with_default_contact(mjcf):
+    """The MJCF with MuJoCo's default contact: without the `solref`, `solimp` and `impratio` that ours are translated into."""
+    for attribute in ("solref", "solimp", "impratio"):
+        mjcf, count = re.subn(rf'\s+{attribute}="[^"]*"', "", mjcf)
+        if count != 1:
+            sys.exit(f"the exported MJCF has `{attribute}` {count} times instead of once")
+    return mjcf
 
 
 class Biped:
@@ -207,12 +221,13 @@ def print_steady(ours, theirs):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
-    parser.add_argument("--controller", help="controller file [default: the shipped controller]")
+    parser.add_argument("--controller", help="controller file or name [default: the shipped controller]")
     parser.add_argument("--program", default="gaitshift", help="the program gaitshift")
     parser.add_argument("--out", type=Path, default=Path("out/mujoco_transfer"), help="folder for recordings and report")
     parser.add_argument("--duration-s", type=float, default=20.0, help="duration of each steady motion in s")
     parser.add_argument("--change-after-s", type=float, default=10.0, help="when the command changes, in s")
     parser.add_argument("--phases", type=int, default=1, help="begin each change at so many times within a second")
+    parser.add_argument("--contact", choices=("ours", "mujoco"), default="ours", help="as exported, or MuJoCo's default")
     parser.add_argument("--changes-only", action="store_true", help="leave the steady motions out")
     arguments = parser.parse_args()
     out = arguments.out
@@ -228,6 +243,8 @@ def main():
     controller = gaitshift.Controller.load(arguments.controller) if chosen else gaitshift.Controller.shipped()
     # The exported MJCF of the very body the controller was trained on.
     mjcf = gaitshift.Body(controller.body).mjcf(controller.task)
+    if arguments.contact == "mujoco":
+        mjcf = with_default_contact(mjcf)
     (out / "body.xml").write_text(mjcf)
     (out / "policy.onnx").write_bytes(program("export", "onnx", *chosen))
     biped = Biped(mjcf, controller.body, controller.task)
@@ -277,6 +294,7 @@ def main():
         "controller": controller.name,
         "provenance": controller.provenance,
         "mujoco": mujoco.__version__,
+        "contact": arguments.contact,
         "steady": [{"omega_v": w, "ours": a, "mujoco": b} for w, a, b in zip(steady, ours, theirs)],
         "changes": changes,
     }

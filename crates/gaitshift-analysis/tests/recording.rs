@@ -155,6 +155,25 @@ fn foreign_files_are_refused() {
     assert!(error.to_string().contains("not a text file"), "{error}");
 }
 
+// The system's word for it was all that was said.
+#[test]
+fn a_folder_is_answered_by_a_recording_in_it() {
+    let folder = TempDir::new().expect("temporary folder");
+    let refused = || {
+        Recording::read_csv(folder.path())
+            .expect_err("refused")
+            .to_string()
+    };
+    assert!(refused().ends_with("is a folder, not a recording; give a CSV file in it"));
+    fs::write(folder.path().join("a.csv"), "time_s,omega_v\n0,1\n").expect("written");
+    let motion = folder.path().join("omega_v_3.csv");
+    fs::write(&motion, "# gaitshift-recording 1 {}\n").expect("written");
+    assert!(refused().ends_with(&format!(", such as {}", motion.display())));
+    let usual = folder.path().join("recording.csv");
+    fs::write(&usual, "").expect("written");
+    assert!(refused().ends_with(&format!(", such as {}", usual.display())));
+}
+
 #[test]
 fn unreadable_and_unwritable_paths_are_named() {
     let folder = TempDir::new().expect("temporary folder");

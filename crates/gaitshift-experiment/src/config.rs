@@ -8,7 +8,7 @@ mod reading;
 mod tables;
 
 pub use names::did_you_mean;
-pub(crate) use names::parse_error;
+pub(crate) use names::{nearest, parse_error, question};
 pub use parts::{load_body_overrides, load_disturbance, set_body_and_task};
 pub use reading::RECIPES;
 pub(crate) use tables::{nested, overlay, read};
@@ -217,13 +217,13 @@ pub enum ConfigError {
         message: String,
     },
     /// No such recipe.
-    #[error("{origin}: there is no recipe `{name}`; the recipes are {known}{remedy}")]
+    #[error("{origin}: there is no recipe `{name}`; {known} {remedy}")]
     UnknownRecipe {
         /// Where the name was given.
         origin: String,
         /// What was asked for.
         name: String,
-        /// What there is.
+        /// What was probably meant, or what there is.
         known: String,
         /// What else may be given.
         remedy: String,

@@ -1,6 +1,7 @@
 //! The controller file: one safetensors file with the policy's networks and, in its metadata, the
 //! body, the task and the provenance. It needs nothing else to run.
 
+use crate::config::{nearest, question};
 use crate::durable;
 use crate::provenance::Provenance;
 use crate::simulation::Control;
@@ -43,7 +44,8 @@ pub struct ControllerError {
     pub remedy: &'static str,
 }
 
-const REMEDY: &str = "give a controller.safetensors that `gaitshift train` wrote, `robust`, or no --controller for the shipped one";
+const REMEDY: &str = "give a controller.safetensors that `gaitshift train` wrote, the folder of its run, or `shipped` or `robust`, which \
+                      come with the program";
 
 #[derive(Serialize, Deserialize)]
 struct Description {
@@ -114,10 +116,20 @@ impl Controller {
             return Self::from_bytes(bytes, path);
         }
         let path = &Self::file_of(path);
-        let bytes = std::fs::read(path).map_err(|e| ControllerError {
-            path: path.to_owned(),
-            cause: e.to_string(),
-            remedy: REMEDY,
+        let bytes = std::fs::read(path).map_err(|e| {
+            let meant = path.to_str().and_then(|name| nearest(name, Self::names()));
+            let question =
+                meant.map_or_else(String::new, |name| format!(" ({})", question(&[name])));
+            let cause = if path.is_dir() {
+                "it is a folder without a controller.safetensors".to_owned()
+            } else {
+                format!("{e}{question}")
+            };
+            ControllerError {
+                path: path.to_owned(),
+                cause,
+                remedy: REMEDY,
+            }
         })?;
         Self::from_bytes(&bytes, path)
     }

@@ -22,7 +22,10 @@ pub(crate) fn write(path: &Path, content: &[u8]) -> io::Result<()> {
 }
 
 /// Puts the names in a folder on the disk, and what every file in it holds.
-pub(crate) fn sync_files(folder: &Path) -> io::Result<()> {
+///
+/// # Errors
+/// A file that cannot be opened for writing, or a disk that fails.
+pub fn sync_files(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         // Writing is what some systems ask for before they sync.
         fs::OpenOptions::new()
@@ -34,14 +37,20 @@ pub(crate) fn sync_files(folder: &Path) -> io::Result<()> {
 }
 
 /// Puts the names in a folder on the disk.
+///
+/// # Errors
+/// A folder that cannot be opened, or a disk that fails.
 #[cfg(unix)]
-pub(crate) fn sync_folder(folder: &Path) -> io::Result<()> {
+pub fn sync_folder(folder: &Path) -> io::Result<()> {
     let empty = folder.as_os_str().is_empty();
     File::open(if empty { Path::new(".") } else { folder })?.sync_all()
 }
 
 /// Elsewhere a folder cannot be opened, and the system keeps its names in order itself.
+///
+/// # Errors
+/// None.
 #[cfg(not(unix))]
-pub(crate) fn sync_folder(_: &Path) -> io::Result<()> {
+pub fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())
 }

@@ -38,6 +38,18 @@ pub(crate) fn edits(before: &Experiment, after: &Experiment) -> Result<Vec<Edit>
         .collect())
 }
 
+/// A value as in TOML, but a number far from 1 with its exponent: 1e308 has 309 digits.
+fn text(value: &toml::Value) -> String {
+    match value {
+        toml::Value::Float(number) => format!("{number:?}"),
+        toml::Value::Array(list) => {
+            let texts: Vec<String> = list.iter().map(text).collect();
+            format!("[{}]", texts.join(", "))
+        }
+        value => value.to_string(),
+    }
+}
+
 /// Every value of an experiment by the path of its key.
 fn values(experiment: &Experiment) -> Result<BTreeMap<String, String>, ConfigError> {
     fn flatten(key: &str, value: &toml::Value, out: &mut BTreeMap<String, String>) {
@@ -54,7 +66,7 @@ fn values(experiment: &Experiment) -> Result<BTreeMap<String, String>, ConfigErr
                 }
             }
             value => {
-                out.insert(key.to_owned(), value.to_string());
+                out.insert(key.to_owned(), text(value));
             }
         }
     }

@@ -8,10 +8,11 @@ use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 /// Environment steps per second of an experiment on this machine as busy as it is now: a run of `duration` with
-/// updates, in a scratch folder that is removed again. Evaluations and checkpoints are left out.
+/// updates, in a scratch folder that is removed again. Evaluations and checkpoints are left out. What comes before that is
+/// as long at most; where a few updates take longer, they are what is measured.
 ///
 /// # Errors
-/// As [`Training::new`] and [`Training::run`].
+/// As [`Training::new`] and [`Training::run`]; checkpoints are not written.
 pub fn steps_per_second(experiment: &Experiment, duration: Duration) -> Result<f64, TrainingError> {
     let mut e = experiment.clone();
     let environments = e.training.environments as u64;
@@ -24,25 +25,46 @@ pub fn steps_per_second(experiment: &Experiment, duration: Duration) -> Result<f
     e.training.metrics_interval_steps = NEVER;
     let scratch = tempfile::tempdir()
         .map_err(|error| TrainingError::other(&std::env::temp_dir(), error.to_string()))?;
-    let mut training = Training::new(e, &scratch.path().join("run"), "")?;
+    let periods = |steps: u64| steps.div_ceil(environments);
     let mut clock = Clock {
-        skip: 2 * first_update.div_ceil(environments),
+        first: periods(e.training.learning_starts.max(1)),
+        warm: 2 * periods(first_update),
+        cycle: periods(e.training.steps_per_update),
         periods: Cell::new(0),
         from: Cell::new(None),
+        taken: Cell::new(None),
         duration,
     };
-    training.run(&mut clock)?;
-    let timed = clock.periods.get().saturating_sub(clock.skip) * environments;
-    let taken = clock.from.get().map_or(duration, |from| from.elapsed());
-    Ok(timed as f64 / taken.as_secs_f64().max(1e-3))
+    Training::try_out(e, &scratch.path().join("run"), &mut clock)?;
+    // A run that is over before has not been measured.
+    let (periods, taken) = clock
+        .taken
+        .get()
+        .or_else(|| clock.so_far())
+        .unwrap_or_default();
+    Ok((periods * environments) as f64 / taken.as_secs_f64().max(1e-3))
 }
 
-/// Counts control periods from the `skip`th on and stops after `duration`.
+/// Counts control periods and stops after `duration`, counted from the `warm`th period on. If that is not reached within
+/// `duration` from the `first` one on, in which updates begin, it counts from there, whole cycles of an update.
 struct Clock {
-    skip: u64,
+    first: u64,
+    warm: u64,
+    cycle: u64,
     periods: Cell<u64>,
-    from: Cell<Option<Instant>>,
+    /// Period and time from which it counts.
+    from: Cell<Option<(u64, Instant)>>,
+    /// What it has counted.
+    taken: Cell<Option<(u64, Duration)>>,
     duration: Duration,
+}
+
+impl Clock {
+    /// Periods since it counts, and the time they took.
+    fn so_far(&self) -> Option<(u64, Duration)> {
+        let (period, from) = self.from.get()?;
+        Some((self.periods.get() - period, from.elapsed()))
+    }
 }
 
 impl Observer for Clock {
@@ -50,13 +72,19 @@ impl Observer for Clock {
     fn evaluated(&mut self, _: &Progress, _: &Judgement, _: bool) {}
     fn note(&mut self, _: &str) {}
     fn stop_requested(&self) -> bool {
-        let period = self.periods.get() + 1;
-        self.periods.set(period);
-        if period == self.skip {
-            self.from.set(Some(Instant::now()));
+        // Asked before each period: so many are over.
+        let over = self.periods.get();
+        if over + 1 == self.first || over == self.warm {
+            self.from.set(Some((over, Instant::now())));
         }
-        self.from
-            .get()
-            .is_some_and(|from| from.elapsed() >= self.duration)
+        let counted = self.so_far().filter(|(periods, time)| {
+            let whole = periods.is_multiple_of(self.cycle) || *time >= 2 * self.duration;
+            *time >= self.duration && *periods > 0 && whole
+        });
+        self.taken.set(counted);
+        if counted.is_none() {
+            self.periods.set(over + 1);
+        }
+        counted.is_some()
     }
 }

@@ -1,8 +1,9 @@
 //! What can be said of an experiment before it is trained: what differs from its base, and what looks like a mistake.
 
-use crate::config::{ConfigError, Experiment, read};
+use crate::config::{ConfigError, Experiment, RECIPES, read};
 use crate::edits::edits;
-use gaitshift_task::Phase;
+use gaitshift_body::Body;
+use gaitshift_task::{EndReason, Environment, Phase, Randomization};
 use std::path::Path;
 
 /// An experiment, looked at before it runs.
@@ -23,15 +24,14 @@ impl Review {
     /// # Errors
     /// A file that cannot be read or used.
     pub fn of(file_or_recipe: &str, experiment: &Experiment) -> Result<Self, ConfigError> {
-        let is_file = file_or_recipe.contains(['/', '\\', '.']);
-        let (base, before) = if is_file {
-            let text = read(Path::new(file_or_recipe))?;
-            match Experiment::base_of(&text, file_or_recipe)? {
-                Some((name, base)) => (Some(name), base),
-                None => (None, experiment.clone()),
-            }
-        } else {
-            (None, Experiment::recipe(file_or_recipe)?)
+        let recipe = RECIPES.iter().find(|(name, _)| *name == file_or_recipe);
+        let base = match recipe {
+            Some((name, text)) => Experiment::base_of(text, &format!("recipe `{name}`"))?,
+            None => Experiment::base_of(&read(Path::new(file_or_recipe))?, file_or_recipe)?,
+        };
+        let (base, before) = match base {
+            Some((name, base)) => (Some(name), base),
+            None => (None, Experiment::load(file_or_recipe)?),
         };
         let mut warnings = experiment.warnings();
         warnings.extend(unreached(experiment));
@@ -49,7 +49,15 @@ fn differences(before: &Experiment, after: &Experiment) -> Result<Vec<String>, C
     let same_phases =
         (before.curriculum.phases.iter().map(|p| &p.name)).eq(phases.iter().map(|p| &p.name));
     let mut differences = Vec::new();
-    for mut edit in edits(before, after)? {
+    let (mut before, mut after) = (before.clone(), after.clone());
+    if same_phases {
+        let pairs = before.curriculum.phases.iter_mut();
+        for (old, new) in pairs.zip(&mut after.curriculum.phases) {
+            differences.extend(randomized(old, new));
+        }
+    }
+    let phases = &after.curriculum.phases;
+    for mut edit in edits(&before, &after)? {
         match edit.key.strip_prefix(PHASES) {
             None if edit.key == "name" => continue,
             None => {}
@@ -72,10 +80,45 @@ fn differences(before: &Experiment, after: &Experiment) -> Result<Vec<String>, C
             let (count, steps) = (e.curriculum.phases.len(), e.curriculum.total_steps());
             format!("{count} of {steps} steps in all")
         };
-        let (from, to) = (phases(before), phases(after));
+        let (from, to) = (phases(&before), phases(&after));
         differences.push(format!("`{PHASES}`, {to} instead of {from}"));
     }
     Ok(differences)
+}
+
+/// Takes out the randomization that only one of two phases has: three dozen values that differ from nothing. What it is, the
+/// phase says. In what both have, ranges that only one of them gives are compared with those that change nothing.
+fn randomized(old: &mut Phase, new: &mut Phase) -> Option<String> {
+    let (from, to) = match (&mut old.randomization, &mut new.randomization) {
+        (None, None) => return None,
+        (Some(old), Some(new)) => {
+            let (given, other) = (old.clone(), new.clone());
+            told_like(old, &other);
+            told_like(new, &given);
+            return None;
+        }
+        (None, Some(_)) => ("nothing", "what the phase draws"),
+        (Some(_), None) => ("what the base draws", "nothing"),
+    };
+    (old.randomization, new.randomization) = (None, None);
+    let name = &new.name;
+    Some(format!(
+        "`curriculum.phases.{name}.randomization` from {from} to {to}"
+    ))
+}
+
+/// Gives a randomization the ranges that another has and it leaves out, as those that change nothing.
+fn told_like(one: &mut Randomization, other: &Randomization) {
+    let neutral = Randomization::changing_nothing();
+    if other.actuator_factor.is_some() {
+        one.actuator_factor = one.actuator_factor.or(neutral.actuator_factor);
+    }
+    if other.pushes.is_some() {
+        one.pushes = one.pushes.or(neutral.pushes);
+    }
+    if other.terrain.is_some() {
+        one.terrain = one.terrain.or(neutral.terrain);
+    }
 }
 
 /// Times and commands that the run never comes to.
@@ -97,7 +140,7 @@ fn unreached(e: &Experiment) -> Vec<String> {
         (
             "training.metrics_interval_steps",
             t.metrics_interval_steps,
-            "`metrics.csv` stays empty",
+            "`metrics.csv` gets no row",
         ),
     ];
     for (key, steps, consequence) in times {
@@ -142,4 +185,45 @@ fn unreached(e: &Experiment) -> Vec<String> {
         ));
     }
     warnings
+}
+
+/// Random starts with which rules of one's own are tried.
+const STARTS: u64 = 64;
+
+/// Rules of one's own that end many episodes in their first control period. A number that is meant to be compared is a rule
+/// too, and holds wherever it is not 0.
+pub(crate) fn ending_at_once(e: &Experiment) -> Vec<String> {
+    let rules = e.task.termination.extra.rules();
+    // A body that cannot be is told elsewhere.
+    let Ok(body) = Body::new(e.body.clone()) else {
+        return Vec::new();
+    };
+    let mut ended = vec![0; rules.len()];
+    for seed in 0..STARTS {
+        if rules.is_empty() {
+            break;
+        }
+        let phase = &e.curriculum.phases[seed as usize % e.curriculum.phases.len().max(1)];
+        let share = (seed as f64 * 0.618).fract();
+        let omega_v = phase.omega_v[0] + share * (phase.omega_v[1] - phase.omega_v[0]);
+        let state = Environment::start(&body, &e.task, Some(seed));
+        let mut environment = Environment::new(&body, state, omega_v);
+        let command = [2.0 * share - 1.0, 1.0 - 2.0 * (share * 7.0).fract()];
+        let outcome = environment.step(&body, &e.task, &e.task.reward, command);
+        if let Some(EndReason::Rule(k)) = outcome.ended {
+            ended[usize::from(k)] += 1;
+        }
+    }
+    let often = rules.iter().zip(ended).enumerate();
+    often
+        .filter(|(_, (_, count))| 4 * count >= STARTS)
+        .map(|(k, (rule, count))| {
+            format!(
+                "the rule `{}` (`task.termination.extra[{k}]`) ends {count} of {STARTS} episodes in their first control period, \
+                 as a fall: it holds wherever \"{}\" is not 0; compare what it says with a limit, as in \"abs(theta_rad) > 0.5\"",
+                rule.name,
+                rule.expression.text()
+            )
+        })
+        .collect()
 }

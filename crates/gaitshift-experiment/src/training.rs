@@ -15,7 +15,7 @@ use crate::acceptance::Judgement;
 use crate::config::{Experiment, Symmetry};
 use crate::controller::Controller;
 use crate::rehearsal::best_walk;
-use crate::run_folder::{LogLengths, RunFolder, TrainingError};
+use crate::run_folder::{LogLengths, Logs, RunFolder, TrainingError};
 use collecting::Buffers;
 use counting::{Counters, lap};
 use gaitshift_body::Body;
@@ -221,6 +221,38 @@ impl Training {
         let mut logs = self
             .folder
             .open_logs(&counting::metrics_names(&self.experiment))?;
+        self.advance(observer, &mut logs, &elapsed_s)?;
+        self.checkpoint(logs.sync()?)?;
+        self.counters.elapsed_s = elapsed_s();
+        observer.progress(&self.progress());
+        let report = self.report();
+        self.folder
+            .write_json(&self.folder.file("report.json"), &report)?;
+        Ok(report)
+    }
+
+    /// Takes steps in a scratch folder until the observer stops it, without a checkpoint before or after them.
+    pub(crate) fn try_out(
+        experiment: Experiment,
+        folder: &Path,
+        observer: &mut dyn Observer,
+    ) -> Result<(), TrainingError> {
+        let mut training = Self::prepare(experiment, RunFolder::at(folder), "")?;
+        training.warm_start()?;
+        training.folder.create()?;
+        let names = counting::metrics_names(&training.experiment);
+        let mut logs = training.folder.open_logs(&names)?;
+        let clock = Instant::now();
+        training.advance(observer, &mut logs, &|| clock.elapsed().as_secs_f64())
+    }
+
+    /// Takes steps to the end, or until the observer stops them.
+    fn advance(
+        &mut self,
+        observer: &mut dyn Observer,
+        logs: &mut Logs,
+        elapsed_s: &dyn Fn() -> f64,
+    ) -> Result<(), TrainingError> {
         let mut next_report = self.counters.step;
         while !self.is_finished() && !observer.stop_requested() {
             let (step, e) = (self.counters.step, &self.experiment);
@@ -245,7 +277,7 @@ impl Training {
             }
             let c = &mut self.counters;
             if Counters::due(c.step, &mut c.next_evaluation, intervals.1) {
-                self.evaluate(observer, &mut logs)?;
+                self.evaluate(observer, logs)?;
                 self.counters.elapsed_s = elapsed_s();
             }
             let c = &mut self.counters;
@@ -257,13 +289,7 @@ impl Training {
                 observer.progress(&self.progress());
             }
         }
-        self.checkpoint(logs.sync()?)?;
-        self.counters.elapsed_s = elapsed_s();
-        observer.progress(&self.progress());
-        let report = self.report();
-        self.folder
-            .write_json(&self.folder.file("report.json"), &report)?;
-        Ok(report)
+        Ok(())
     }
 
     /// Whether all steps are taken, or the criteria met where that ends the run.

@@ -3,9 +3,11 @@
 
 use gaitshift_body::BodyParameters;
 use gaitshift_experiment::{
-    Experiment, RECIPES, did_you_mean, load_body_overrides, set_body_and_task,
+    Controller, Experiment, RECIPES, did_you_mean, load_body_overrides, load_disturbance,
+    set_body_and_task,
 };
 use gaitshift_task::{ExtraTerm, TaskParameters};
+use std::path::Path;
 use toml::Value;
 
 #[test]
@@ -445,6 +447,13 @@ fn single_values_can_be_set() {
         ("friction", vec!["friction", "KEY=VALUE"]),
         ("frction=1", vec!["`frction=1`", "did you mean `friction`?"]),
         ("task.reward.omga_e=1", vec!["did you mean `omega_e`?"]),
+        (
+            "time_limit_s=5",
+            vec![
+                "`time_limit_s`",
+                "did you mean `task.termination.time_limit_s`?",
+            ],
+        ),
         ("friction=high", vec!["friction=high"]),
         ("friction=-1", vec!["friction", "0 or greater"]),
         ("=3", vec!["KEY=VALUE"]),
@@ -482,4 +491,104 @@ fn single_values_can_be_set() {
         .unwrap_err()
         .to_string();
     assert!(message.contains("did you mean `training`?"), "{message}");
+    // The tables were listed, not the one that has the key.
+    for (text, meant) in [
+        ("friction=0.5", "`body.friction`"),
+        ("gamma=0.9", "`learner.gamma`"),
+        ("learning_rat=0.1", "`learner.learning_rate`"),
+    ] {
+        let message = fast
+            .with_values(&[text.to_owned()])
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.contains(&format!("did you mean {meant}?")),
+            "{message}"
+        );
+    }
+    let message = error("gamma = 0.9");
+    assert!(
+        message.contains("`learner.gamma`") && message.contains("line 1"),
+        "{message}"
+    );
+}
+
+#[test]
+fn names_of_recipes_controllers_and_noise_are_answered_likewise() {
+    let message = Experiment::load("fst").unwrap_err().to_string();
+    assert!(
+        message.contains("did you mean `fast`? A file is named"),
+        "{message}"
+    );
+    let message = error("base = \"fats\"");
+    assert!(
+        message.contains("`base`") && message.contains("did you mean `fast`?"),
+        "{message}"
+    );
+    let message = Experiment::load("walrus").unwrap_err().to_string();
+    assert!(
+        message.contains("`robust`; a file is named by a path"),
+        "{message}"
+    );
+    let message = Controller::read(Path::new("shiped"))
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("did you mean `shipped`?"), "{message}");
+    // No command has an option of this name for every controller that it takes.
+    assert!(!message.contains("--controller"), "{message}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("noise.toml");
+    std::fs::write(&path, "[noise]\ntheta_velocity = 0.1\n").unwrap();
+    let message = load_disturbance(&path).unwrap_err().to_string();
+    assert!(
+        message.contains("did you mean `theta_velocity_rad_per_s`?"),
+        "{message}"
+    );
+}
+
+// A slip in a phase changed by its name had neither line nor path; a wrong type the path without the name.
+#[test]
+fn slips_in_what_is_changed_by_name_have_their_line() {
+    for (text, words) in [
+        (
+            "base = \"fast\"\n[curriculum.phases.II.randomization]\nshar = 0.5",
+            ["line 3", "did you mean `share`?"],
+        ),
+        (
+            "base = \"fast\"\n[curriculum.phases.\"II, settling\"]\nsteps = \"many\"",
+            ["line 3", "expected u64"],
+        ),
+        (
+            "base = \"fast\"\n[curriculum]\nphases.II.learner = { gama = 1 }",
+            ["line 3", "gama"],
+        ),
+        (
+            "[task.reward.extra.upright]\nwieght = 2",
+            ["line 2", "did you mean `weight`?"],
+        ),
+        (
+            "[task.termination.extra.leap]\nexpression = \"z_mm > 1\"",
+            ["line 2", "did you mean `z_m`?"],
+        ),
+    ] {
+        let message = error(text);
+        for word in words {
+            assert!(message.contains(word), "{text}: {message}");
+        }
+    }
+}
+
+#[test]
+fn a_file_without_a_name_has_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |file: &str, text: &str| {
+        let path = folder.path().join(file);
+        std::fs::write(&path, text).unwrap();
+        Experiment::read(&path).unwrap().name
+    };
+    // It was named as its base, and trained into runs/fast-1.
+    assert_eq!(read("mine.toml", "base = \"fast\""), "mine");
+    assert_eq!(read("my.v2.toml", ""), "my.v2");
+    assert_eq!(read("named.toml", "name = \"other\""), "other");
+    assert_eq!(read("on.toml", "base = \"./named.toml\""), "on");
 }

@@ -25,7 +25,7 @@ const PHASE: &str =
 
 #[test]
 fn recipes_differ_from_nothing() {
-    for (name, _) in RECIPES {
+    for (name, _) in RECIPES.into_iter().filter(|(name, _)| *name != "robust") {
         let mut experiment = Experiment::recipe(name).unwrap();
         // Depends on the machine.
         experiment.learner.threads = 1;
@@ -41,6 +41,66 @@ fn recipes_differ_from_nothing() {
             _ => assert_eq!(warnings, Vec::<String>::new(), "{name}"),
         }
     }
+}
+
+// It showed none.
+#[test]
+fn a_recipe_on_another_differs_from_that() {
+    let robust = Experiment::recipe("robust").unwrap();
+    let review = Review::of("robust", &robust).unwrap();
+    assert_eq!(review.base.as_deref(), Some("fast"));
+    // Three dozen values in each of two phases are one sentence each.
+    assert_eq!(
+        review.differences,
+        ["II", "II, settling"].map(|phase| format!(
+            "`curriculum.phases.{phase}.randomization` from nothing to what the phase draws"
+        ))
+    );
+    let set = ["curriculum.phases.II.randomization.share=0.5".to_owned()];
+    let text = "base = \"robust\"\n[curriculum.phases.II.randomization]\nshare = 0.5\nactuator_factor = [0.8, 1]\n";
+    assert_eq!(
+        self::review(text).differences,
+        [
+            "`curriculum.phases.II.randomization.actuator_factor` from [1.0, 1.0] to [0.8, 1.0]",
+            "`curriculum.phases.II.randomization.share` from 0.7 to 0.5",
+        ]
+    );
+    let changed = robust.with_values(&set).unwrap();
+    assert_eq!(
+        Review::of("robust", &changed).unwrap().differences,
+        review.differences
+    );
+}
+
+// A rule that always holds passed without a word and ended every episode.
+#[test]
+fn rules_that_end_episodes_at_once_are_warned_of() {
+    let rule = |expression: &str| {
+        format!(
+            "base = \"fast\"\n[[task.termination.extra]]\nname = \"own\"\nexpression = \"{expression}\"\n"
+        )
+    };
+    for expression in ["1", "theta_rad", "omega_v < 9", "period_positive_work_j"] {
+        warned(
+            &rule(expression),
+            &["`own`", "first control period", expression],
+        );
+    }
+    for expression in ["z_m > 1.3", "abs(theta_rad) > 0.5", "0", "time_s > 5"] {
+        let own = |w: &&String| w.contains("`own`");
+        let warnings = review(&rule(expression)).warnings;
+        assert_eq!(warnings.iter().find(own), None, "{expression}");
+    }
+}
+
+// A number of 309 digits.
+#[test]
+fn large_numbers_are_short() {
+    let review = review("base = \"fast\"\n[curriculum.command]\nredraw_ramp_s = 1e308\n");
+    assert_eq!(
+        review.differences,
+        ["`curriculum.command.redraw_ramp_s` from 0.4 to 1e308"]
+    );
 }
 
 #[test]
@@ -84,6 +144,11 @@ fn what_is_never_reached_is_warned_of() {
     warned(
         &phase(100_000, "[0, 3]"),
         &["evaluation_interval_steps", "no controller"],
+    );
+    // It has a header.
+    warned(
+        &phase(15_000, "[0, 3]"),
+        &["metrics_interval_steps", "`metrics.csv` gets no row"],
     );
     warned(&phase(1_000_000, "[0, 2]"), &["command 3", "running"]);
     warned(&phase(1_000_000, "[1, 3]"), &["command 0", "walking"]);

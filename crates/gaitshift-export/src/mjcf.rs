@@ -91,6 +91,39 @@ fn foot_inverse_weight(p: &BodyParameters) -> f64 {
     (across + 1.0 / p.foot_mass_kg) / 3.0
 }
 
+/// What actuators may be besides ideal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Actuators {
+    /// Share of its force that the right and the left actuator still have.
+    pub factor: [f64; 2],
+    /// Delay from command to force, in s, rounded to whole integration steps; until the first command arrives there is no
+    /// force.
+    pub latency_s: f64,
+}
+
+impl Default for Actuators {
+    fn default() -> Self {
+        Self {
+            factor: [1.0; 2],
+            latency_s: 0.0,
+        }
+    }
+}
+
+impl Actuators {
+    /// The attributes of a delay, which MuJoCo keeps in a buffer of as many commands as steps.
+    fn delay(&self, step_s: f64) -> String {
+        let steps = (self.latency_s / step_s).round();
+        if steps == 0.0 {
+            return String::new();
+        }
+        format!(
+            r#" delay="{:?}" nsample="{steps}" interp="zoh""#,
+            steps * step_s
+        )
+    }
+}
+
 /// The body as the text of an MJCF file, SI units and radians. The task gives the keyframe `start`, its default
 /// start, and the number `control_period_s`, for which a policy's action is held.
 ///
@@ -103,6 +136,7 @@ pub fn mjcf(
     parameters: &BodyParameters,
     task: &TaskParameters,
     terrain: Option<&Terrain>,
+    actuators: &Actuators,
 ) -> Result<String, ParameterError> {
     let p = parameters;
     let mut body = Body::new(p.clone())?;
@@ -122,8 +156,9 @@ pub fn mjcf(
     };
     let mut legs = String::new();
     let mut tendons = String::new();
-    let mut actuators = String::new();
-    for (side, rgba) in [("right", "0.84 0.37 0 1"), ("left", "0 0.45 0.70 1")] {
+    let mut motors = String::new();
+    let sides = [("right", "0.84 0.37 0 1"), ("left", "0 0.45 0.70 1")];
+    for ((side, rgba), factor) in sides.into_iter().zip(actuators.factor) {
         legs.push_str(&leg(p, side, rgba));
         let _ = write!(
             tendons,
@@ -142,9 +177,10 @@ pub fn mjcf(
             stop = p.stop_stiffness_n_per_m,
         );
         let _ = write!(
-            actuators,
-            "\n    <motor name=\"{side}\" joint=\"{side}_h\" gear=\"{:?}\" ctrlrange=\"-1 1\"/>",
-            p.actuator_force_n
+            motors,
+            "\n    <motor name=\"{side}\" joint=\"{side}_h\" gear=\"{:?}\" ctrlrange=\"-1 1\"{}/>",
+            factor * p.actuator_force_n,
+            actuators.delay(p.time_step_s)
         );
     }
     let sensors: String = SENSORS
@@ -214,7 +250,7 @@ pub fn mjcf(
   <tendon>{tendons}
   </tendon>
 
-  <actuator>{actuators}
+  <actuator>{motors}
   </actuator>
 
   <sensor>{sensors}

@@ -3,11 +3,17 @@
 //! body as we do is tested with MuJoCo itself: `crates/gaitshift-python/tests/test_mujoco_*.py`.
 
 use gaitshift_body::{Body, BodyParameters};
-use gaitshift_export::NominalContact;
+use gaitshift_export::{Actuators, NominalContact};
 use gaitshift_task::{Environment, TaskParameters};
 
 fn mjcf(body: &BodyParameters) -> String {
-    gaitshift_export::mjcf(body, &TaskParameters::default(), None).unwrap()
+    gaitshift_export::mjcf(
+        body,
+        &TaskParameters::default(),
+        None,
+        &Actuators::default(),
+    )
+    .unwrap()
 }
 
 /// Opening and closing tags in order, comments left out; panics where they do not match.
@@ -146,7 +152,7 @@ fn the_file_has_a_start_and_the_control_period() {
         ..TaskParameters::default()
     };
     task.start.speed_m_per_s = 0.7;
-    let text = gaitshift_export::mjcf(&body, &task, None).unwrap();
+    let text = gaitshift_export::mjcf(&body, &task, None, &Actuators::default()).unwrap();
     let tags = tags(&text);
     let named = |name: &str| {
         let mut found = tags.iter().filter(|t| attribute(t, "name") == Some(name));
@@ -171,12 +177,45 @@ fn the_file_has_a_start_and_the_control_period() {
     );
 }
 
+// A weak or a late actuator could not be exported.
+#[test]
+fn actuators_may_be_weak_and_late() {
+    let body = BodyParameters::default();
+    let actuators = Actuators {
+        factor: [0.5, 1.0],
+        latency_s: 0.01015,
+    };
+    let task = TaskParameters::default();
+    let text = gaitshift_export::mjcf(&body, &task, None, &actuators).unwrap();
+    let tags = tags(&text);
+    let motors: Vec<&String> = tags.iter().filter(|t| t.starts_with("motor ")).collect();
+    let of =
+        |name: &str| -> Vec<&str> { motors.iter().map(|t| attribute(t, name).unwrap()).collect() };
+    assert_eq!(of("name"), ["right", "left"]);
+    assert_eq!(of("gear"), ["300.0", "600.0"]);
+    // Rounded to whole steps of 0.2 ms.
+    assert_eq!(of("nsample"), ["51", "51"]);
+    for delay in of("delay") {
+        assert!(
+            (delay.parse::<f64>().unwrap() - 0.0102).abs() < 1e-12,
+            "{delay}"
+        );
+    }
+    assert!(!mjcf(&body).contains("delay="));
+}
+
 #[test]
 fn a_body_out_of_range_is_an_error() {
     let body = BodyParameters {
         foot_mass_kg: -1.0,
         ..BodyParameters::default()
     };
-    let error = gaitshift_export::mjcf(&body, &TaskParameters::default(), None).unwrap_err();
+    let error = gaitshift_export::mjcf(
+        &body,
+        &TaskParameters::default(),
+        None,
+        &Actuators::default(),
+    )
+    .unwrap_err();
     assert_eq!(error.key, "foot_mass_kg");
 }

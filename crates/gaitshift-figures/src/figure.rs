@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use crate::FigureError;
 use crate::raster;
@@ -40,7 +41,7 @@ impl Figure {
     ///
     /// # Errors
     /// [`FigureError::Write`] if a file cannot be written, [`FigureError::Extension`] if `path`
-    /// names another picture format, else as [`Figure::to_png`].
+    /// names another picture format, else as [`Figure::to_png`]. A file that was there is then as it was.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<Vec<PathBuf>, FigureError> {
         let path = path.as_ref();
         let ending = path
@@ -73,13 +74,24 @@ impl Figure {
             } else {
                 self.to_png(2.0)?
             };
-            std::fs::write(path, content).map_err(|cause| FigureError::Write {
+            replace(path, &content).map_err(|cause| FigureError::Write {
                 path: path.clone(),
                 cause,
             })?;
         }
         Ok(paths)
     }
+}
+
+/// Writes a file beside the old one, whose place it then takes: whoever looks finds the old picture or the new one.
+fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".new");
+    let written = fs::write(&beside, content).and_then(|()| fs::rename(&beside, path));
+    if written.is_err() {
+        let _ = fs::remove_file(&beside);
+    }
+    written
 }
 
 /// User units, which are pixels of CSS, in a metre.

@@ -170,11 +170,17 @@ pub fn learning_curves_figure(
         }
     }
     let last = points().fold(0.0_f64, |last, point| last.max(point.0));
+    // Where all is 0 the axis leads up from there: what is counted is never negative.
+    let high = if points().all(|point| point.1 == 0.0) {
+        1.0
+    } else {
+        0.0
+    };
     let top = 20.0 + 17.0 * curves.len() as f64;
     let panel = Panel {
         area: Rect::new(58.0, top, 420.0, 230.0),
         x: Axis::exact(0.0, 1.02e-6 * last.max(1.0), 6),
-        y: Axis::around(points().map(|point| point.1).chain([0.0]), 6),
+        y: Axis::around(points().map(|point| point.1).chain([0.0, high]), 6),
     };
     let mut canvas = Canvas::new(500.0, top + 282.0);
     panel.grid(&mut canvas);

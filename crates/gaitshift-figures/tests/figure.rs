@@ -42,6 +42,23 @@ fn text_is_drawn_without_installed_fonts() {
     assert_eq!(dark(&text("DejaVu Serif")), 0);
 }
 
+// A kill while a picture was written left half of it.
+#[test]
+fn a_picture_takes_the_place_of_the_old_one_when_it_is_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("returns.svg");
+    std::fs::write(&path, "old").unwrap();
+    let old = folder.path().join("old.svg");
+    // Another name of the file that is there: writing into that would show here.
+    std::fs::hard_link(&path, &old).unwrap();
+    let figure = square("");
+    figure.write(folder.path().join("returns")).unwrap();
+    assert_eq!(std::fs::read(&path).unwrap(), figure.svg.as_bytes());
+    assert_eq!(std::fs::read(&old).unwrap(), b"old");
+    let names = std::fs::read_dir(folder.path()).unwrap();
+    assert_eq!(names.count(), 3, "svg, png, and the old one");
+}
+
 #[test]
 fn the_ending_chooses_the_format() {
     let folder = tempfile::tempdir().unwrap();

@@ -106,6 +106,16 @@ fn several_runs_are_a_mean_with_a_band_and_one_is_a_line() {
     assert_ne!(both.svg, same.svg);
 }
 
+// The axis of counts that are all 0 went from -1 to 1.
+#[test]
+fn a_count_of_nothing_is_not_negative() {
+    let none: &[(f64, f64)] = &[(1e6, 0.0), (2e6, 0.0)];
+    let figure = learning_curves_figure(&[curves("none", &[none])], "criteria met").unwrap();
+    assert_eq!(common::count(&figure.svg, ">\u{2212}"), 0);
+    assert_eq!(common::count(&figure.svg, ">-"), 0);
+    assert!(common::count(&figure.svg, ">1.0<") + common::count(&figure.svg, ">1<") > 0);
+}
+
 #[test]
 fn runs_of_other_lengths_and_single_points_are_drawn() {
     let figure = learning_curves_figure(

@@ -3,7 +3,8 @@
     gaitshift export mjcf --out biped.xml && gaitshift export onnx --out policy.onnx
     python crates/gaitshift-python/examples/walk_in_mujoco.py
 
-needs mujoco, numpy and onnxruntime, and nothing of ours but the two files. At `omega_v = 1.5` it runs.
+needs mujoco, numpy and onnxruntime, and nothing of ours but the two files, which are the shipped controller's body and policy.
+For another controller give both exports the same --controller.
 """
 
 import mujoco

@@ -2,6 +2,7 @@
 
 use crate::convert::{numbers, to_python, value_error, with_overrides};
 use gaitshift_body::{BodyParameters, BodyState, EnergyAccount};
+use gaitshift_export::Actuators;
 use gaitshift_task::{Disturbance, RewardTerms, StepEnergies, TaskParameters, TerrainParameters};
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
@@ -58,11 +59,17 @@ impl Body {
 
     /// The body as MJCF, the model format of MuJoCo; `qpos` and `qvel` are positions and velocities. `task` holds
     /// parameters that differ from the default task, whose default start and control period the file has as the keyframe
-    /// `start` and the numeric `control_period_s`.
+    /// `start` and the numeric `control_period_s`. The body of a controller: `Body(controller.body).mjcf(controller.task)`.
     #[pyo3(signature = (task = None))]
     fn mjcf(&self, task: Option<&Bound<'_, PyAny>>) -> PyResult<String> {
         let task: TaskParameters = with_overrides(&TaskParameters::default(), task, "task")?;
-        gaitshift_export::mjcf(self.0.parameters(), &task, self.0.terrain()).map_err(value_error)
+        gaitshift_export::mjcf(
+            self.0.parameters(),
+            &task,
+            self.0.terrain(),
+            &Actuators::default(),
+        )
+        .map_err(value_error)
     }
 
     /// Accelerations of the 11 coordinates (m/s², rad/s²) under the actuators' forces, shape (2,), in N.

@@ -1,6 +1,7 @@
 //! The learner alone, for any environment.
 
 use crate::convert::{from_python, os_error, to_python, value_error};
+use gaitshift_experiment::{sync_files, sync_folder};
 use gaitshift_sac::{Agent, ReplayBuffer, SacConfig, SacError, Transitions, UpdateStats};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
@@ -135,11 +136,14 @@ impl Sac {
             for (name, text) in &more {
                 fs::write(new.join(name), text).map_err(io)?;
             }
+            // On the disk before it takes the place of the old one: after a loss of power too, one of them is whole.
+            sync_files(&new).map_err(io)?;
             if folder.exists() {
                 remove(&old).map_err(io)?;
                 fs::rename(&folder, &old).map_err(io)?;
             }
             fs::rename(&new, &folder).map_err(io)?;
+            sync_folder(folder.parent().unwrap_or(Path::new(""))).map_err(io)?;
             remove(&old).map_err(io)
         })
     }

@@ -154,13 +154,14 @@ def test_the_programs_ground_is_the_librarys(program):
         "uneven": {"height_m": 0.01},
     }
     model = mujoco.MjModel.from_xml_string(text.decode())
-    ours = mujoco.MjModel.from_xml_string(gaitshift.Body(terrain=terrain).mjcf())
+    # The program exports the body of the shipped controller.
+    body = gaitshift.Body(gaitshift.Controller.shipped().body, terrain=terrain)
+    ours = mujoco.MjModel.from_xml_string(body.mjcf())
     np.testing.assert_array_equal(model.geom_pos, ours.geom_pos)
     np.testing.assert_array_equal(model.geom_size, ours.geom_size)
     # A ray from above meets the ground at its height, before the slope and on it.
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    body = gaitshift.Body(terrain=terrain)
     for x in (-1.0, 0.5, 2.6, 4.13, 17.3):
         hit = np.zeros(1, dtype=np.int32)
         distance = mujoco.mj_ray(model, data, np.array([x, 0.0, 5.0]), np.array([0.0, 0.0, -1.0]), None, 1, -1, hit)

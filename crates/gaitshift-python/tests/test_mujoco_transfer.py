@@ -32,6 +32,19 @@ def biped(transfer, controller):
     return transfer.Biped(gaitshift.Body(controller.body).mjcf(), controller.body, controller.task)
 
 
+def test_the_contact_can_be_mujocos_own(transfer, controller):
+    ours = gaitshift.Body(controller.body).mjcf()
+    plain = transfer.with_default_contact(ours)
+    model, default = mujoco.MjModel.from_xml_string(plain), mujoco.MjModel.from_xml_string("<mujoco><worldbody>"
+        "<geom type='sphere' size='1'/></worldbody></mujoco>")
+    sole = model.geom("right_sole_0")
+    np.testing.assert_array_equal(sole.solref, default.geom_solref[0])
+    np.testing.assert_array_equal(sole.solimp, default.geom_solimp[0])
+    assert model.opt.impratio == default.opt.impratio
+    assert sole.friction[0] == controller.body["friction"]
+    assert mujoco.MjModel.from_xml_string(ours).opt.impratio != default.opt.impratio
+
+
 def test_the_observation_is_our_environments(biped, controller):
     env = gaitshift.PassiveBipedEnv(controller=controller, omega_v=1.5)
     for seed in range(20):

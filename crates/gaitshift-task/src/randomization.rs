@@ -288,11 +288,13 @@ impl Default for Randomization {
     }
 }
 
-/// Declares the body's parameters that may be drawn, and from the same list how they are.
+/// Declares the body's parameters that may be drawn, and from the same lists how they are: each of the first in every
+/// episode, each of the second, which came later, only where its range asks for it, so that what else is drawn stays as it was.
 macro_rules! body_factors {
-    ($($name:ident),* $(,)?) => {
+    ($($name:ident),* $(,)?; $($late:ident),* $(,)?) => {
         /// Ranges of factors on parameters of the body, by their names there; each is drawn uniformly and
-        /// independently of the others. Lengths are not among them: they change the task's start and falls.
+        /// independently of the others. The lengths of leg, sole and stroke are not among them: they change the task's start
+        /// and falls.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields, default)]
         pub struct BodyFactors {
@@ -300,11 +302,15 @@ macro_rules! body_factors {
                 #[allow(missing_docs)] // As in `BodyParameters`.
                 pub $name: [f64; 2],
             )*
+            $(
+                #[allow(missing_docs)] // As in `BodyParameters`.
+                pub $late: [f64; 2],
+            )*
         }
 
         impl Default for BodyFactors {
             fn default() -> Self {
-                Self { $($name: [1.0, 1.0]),* }
+                Self { $($name: [1.0, 1.0],)* $($late: [1.0, 1.0],)* }
             }
         }
 
@@ -313,6 +319,11 @@ macro_rules! body_factors {
             fn draw(&self, base: &BodyParameters, rng: &mut impl Rng) -> BodyParameters {
                 let mut body = base.clone();
                 $(body.$name *= uniform(self.$name, rng);)*
+                $(
+                    if self.$late != [1.0, 1.0] {
+                        body.$late *= uniform(self.$late, rng);
+                    }
+                )*
                 body
             }
 
@@ -320,11 +331,12 @@ macro_rules! body_factors {
             fn at_end(&self, base: &BodyParameters, end: usize) -> BodyParameters {
                 let mut body = base.clone();
                 $(body.$name *= self.$name[end];)*
+                $(body.$late *= self.$late[end];)*
                 body
             }
 
             fn ranges(&self) -> impl Iterator<Item = (&'static str, [f64; 2])> {
-                [$((stringify!($name), self.$name)),*].into_iter()
+                [$((stringify!($name), self.$name),)* $((stringify!($late), self.$late),)*].into_iter()
             }
         }
     };
@@ -353,7 +365,10 @@ body_factors! {
     contact_dissipation_s_per_m,
     friction,
     friction_smoothing_m_per_s,
-    gravity_m_per_s2,
+    gravity_m_per_s2;
+    thigh_distance_m,
+    tibia_distance_m,
+    foot_distance_m,
 }
 
 /// Standard deviations of normal noise on the observations, drawn anew every control period; that of a leg's
@@ -442,6 +457,16 @@ pub(crate) fn uniform([low, high]: [f64; 2], rng: &mut impl Rng) -> f64 {
 }
 
 impl Randomization {
+    /// With every range that can be given, none of which changes anything: what others differ from.
+    pub fn changing_nothing() -> Self {
+        Self {
+            actuator_factor: Some([1.0; 2]),
+            pushes: Some(PushRanges::default()),
+            terrain: Some(TerrainRanges::default()),
+            ..Self::default()
+        }
+    }
+
     /// Draws what holds during one episode; nothing for one that stays as it is.
     pub(crate) fn draw(&self, base: &BodyParameters, rng: &mut impl Rng) -> Option<Conditions> {
         if rng.random::<f64>() >= self.share {

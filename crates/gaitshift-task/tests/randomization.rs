@@ -214,6 +214,10 @@ fn values_out_of_range_are_named() {
             "randomization.body.k1_n_per_m",
         ),
         (
+            "body = { tibia_distance_m = [0.0, 1.0] }",
+            "randomization.body.tibia_distance_m",
+        ),
+        (
             "noise = { theta_rad = -0.1 }",
             "randomization.noise.theta_rad",
         ),
@@ -369,6 +373,67 @@ fn the_height_of_the_hips_centre_of_mass_is_drawn_from_its_range() {
             ..drawn(i).clone()
         };
         assert_eq!(rest, base, "{height}");
+    }
+}
+
+// Where the segments' centres of mass lie could not be drawn.
+#[test]
+fn the_segments_distances_are_drawn_where_asked_for_and_nothing_else_changes() {
+    let before = "friction = [0.5, 1.5], tibia_inertia_kg_m2 = [0.8, 1.2]";
+    let plain = settings(&format!("body = {{ {before} }}"));
+    let plain = batch(200, &plain);
+    let distances = "thigh_distance_m = [0.8, 1.2], tibia_distance_m = [0.8, 1.2], foot_distance_m = [0.8, 1.05]";
+    let drawn = settings(&format!("body = {{ {before}, {distances} }}"));
+    let drawn = batch(200, &drawn);
+    let base = BodyParameters::default();
+    let mut extremes = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+    for i in 0..drawn.len() {
+        let body = drawn.body_of(i).parameters();
+        let factors = [
+            body.thigh_distance_m / base.thigh_distance_m,
+            body.tibia_distance_m / base.tibia_distance_m,
+            body.foot_distance_m / base.foot_distance_m,
+        ];
+        for ([low, high], factor) in extremes.iter_mut().zip(factors) {
+            (*low, *high) = (low.min(factor), high.max(factor));
+        }
+        let rest = BodyParameters {
+            thigh_distance_m: base.thigh_distance_m,
+            tibia_distance_m: base.tibia_distance_m,
+            foot_distance_m: base.foot_distance_m,
+            ..body.clone()
+        };
+        // The body's other factors are those that the same episode draws without.
+        assert_eq!(rest, *plain.body_of(i).parameters(), "{i}");
+    }
+    for ([low, high], range) in extremes
+        .into_iter()
+        .zip([[0.8, 1.2], [0.8, 1.2], [0.8, 1.05]])
+    {
+        let margin = 0.05 * (range[1] - range[0]);
+        assert!(
+            (range[0]..range[0] + margin).contains(&low),
+            "{low} of {range:?}"
+        );
+        assert!(
+            (range[1] - margin..=range[1]).contains(&high),
+            "{high} of {range:?}"
+        );
+    }
+}
+
+#[test]
+fn a_mirrored_state_moves_as_the_mirror_image_on_a_body_that_was_drawn() {
+    let body = "body = { thigh_distance_m = [0.8, 1.2], foot_distance_m = [0.8, 1.05], thigh_inertia_kg_m2 = [0.8, 1.2] }";
+    let batch = batch(5, &settings(body));
+    for i in 0..batch.len() {
+        let body = batch.body_of(i);
+        let mut state = batch.environment(i).state;
+        let mut mirrored = state.mirrored();
+        let mut account = EnergyAccount::default();
+        body.advance(&mut state, [0.7, -0.2], 500, &mut account);
+        body.advance(&mut mirrored, [-0.2, 0.7], 500, &mut account);
+        assert_eq!(mirrored, state.mirrored(), "{i}");
     }
 }
 

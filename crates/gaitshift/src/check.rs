@@ -6,13 +6,16 @@ use crate::output;
 use crate::progress::{count, duration};
 use crate::train;
 use gaitshift_experiment::{Experiment, Review, steps_per_second};
-use gaitshift_task::{PushRanges, Randomization, TerrainRanges};
+use gaitshift_task::Randomization;
 use serde::Serialize;
 use serde_json::Value;
 use std::time::Duration;
 
 /// How long the pace is measured.
 const MEASURED: Duration = Duration::from_secs(3);
+
+/// Weights of which an update takes about a second.
+const LARGE: usize = 10_000_000;
 
 /// A phase as it will be.
 #[derive(Serialize)]
@@ -31,6 +34,9 @@ struct Phase {
 struct Report {
     name: String,
     seed: u64,
+    /// Those of --seeds, one run after the other.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    seeds: Vec<u64>,
     base: Option<String>,
     steps: u64,
     steps_per_s: Option<f64>,
@@ -43,13 +49,30 @@ struct Report {
 /// Runs the command.
 pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
     let experiment = train::experiment(arguments)?;
+    let seeds = train::seeds(arguments);
     let review = Review::of(&arguments.experiment, &experiment).map_err(Failure::input)?;
+    let learner = &experiment.learner;
+    let weights: usize = [
+        &learner.actor_hidden,
+        &learner.critic_hidden,
+        &learner.critic_hidden,
+    ]
+    .iter()
+    .flat_map(|hidden| hidden.windows(2).map(|pair| pair[0] * pair[1]))
+    .sum();
+    if weights > LARGE {
+        output::note(&format!(
+            "networks of {} million weights: measuring the pace of a few updates takes a while",
+            weights / 1_000_000
+        ));
+    }
     let pace = steps_per_second(&experiment, MEASURED).map_err(Failure::run)?;
     // Of a run that is over before it can be measured nothing is known.
     let steps_per_s = (pace > 0.0).then_some(pace);
     let report = Report {
         name: experiment.name.clone(),
-        seed: experiment.seed,
+        seed: seeds.first().copied().unwrap_or(experiment.seed),
+        seeds,
         base: review.base,
         steps: experiment.curriculum.total_steps(),
         steps_per_s,
@@ -75,13 +98,21 @@ fn print(r: &Report) -> Result<(), Failure> {
             count(rate as u64)
         )
     });
-    output::line(&format!(
-        "{}, seed {}: {} steps, {}{pace}",
+    let (seeds, all) = match &r.seeds[..] {
+        [first, .., last] => {
+            let runs = r.seeds.len() as u64;
+            let all = format!(" each, {} for all {runs}", time(runs * r.steps));
+            (format!("{runs} seeds from {first} to {last}"), all)
+        }
+        _ => (format!("seed {}", r.seed), String::new()),
+    };
+    let heading = format!(
+        "{}, {seeds}: {} steps, {}{all}{pace}",
         r.name,
-        r.seed,
         count(r.steps),
         time(r.steps)
-    ))?;
+    );
+    output::text(&heading, 2)?;
     output::line("")?;
     let titles = ["phase", "from step", "to step", "until", "ω_v", ""];
     let mut cells = vec![titles.map(str::to_owned).to_vec()];
@@ -107,17 +138,17 @@ fn print(r: &Report) -> Result<(), Failure> {
     {
         output::line(line)?;
         for change in changes {
-            output::line(&format!("    {change}"))?;
+            output::list(&format!("    {change}"), 2)?;
         }
     }
     output::line("")?;
-    output::line(&format!("Judged by {}.", r.criteria))?;
+    output::list(&format!("Judged by {}.", r.criteria), 2)?;
     let list = |title: &str, lines: &[String]| -> Result<(), Failure> {
         output::line("")?;
         output::line(title)?;
         lines
             .iter()
-            .try_for_each(|line| output::line(&format!("  {line}")))
+            .try_for_each(|line| output::text(&format!("  {line}"), 2))
     };
     match &r.base {
         Some(base) if r.differences.is_empty() => list(&format!("As {base}."), &[])?,
@@ -161,22 +192,36 @@ fn changes(phase: &gaitshift_task::Phase) -> Vec<String> {
     let Ok(Value::Object(table)) = serde_json::to_value(phase) else {
         return Vec::new();
     };
-    let neutral = serde_json::to_value(Randomization {
-        actuator_factor: Some([1.0; 2]),
-        pushes: Some(PushRanges::default()),
-        terrain: Some(TerrainRanges::default()),
-        ..Randomization::default()
-    });
+    let neutral = serde_json::to_value(Randomization::changing_nothing());
     let neutral = neutral.unwrap_or_default();
     let other = table
         .into_iter()
         .filter(|(key, _)| !shown.contains(&key.as_str()));
     other
-        .map(|(key, value)| match key.as_str() {
-            "randomization" => format!("{key}: {}", without(value, &neutral)),
-            _ => format!("{key}: {value}"),
+        .map(|(key, value)| {
+            let value = match key.as_str() {
+                "randomization" => without(value, &neutral),
+                _ => value,
+            };
+            let mut values = Vec::new();
+            flatten("", &value, &mut values);
+            format!("{key}: {}", values.join(", "))
         })
         .collect()
+}
+
+/// The values of a table, each with the path of its key; of a single value that alone.
+fn flatten(path: &str, value: &Value, out: &mut Vec<String>) {
+    match value {
+        Value::Object(table) => {
+            for (key, value) in table {
+                let dot = if path.is_empty() { "" } else { "." };
+                flatten(&format!("{path}{dot}{key}"), value, out);
+            }
+        }
+        value if path.is_empty() => out.push(value.to_string()),
+        value => out.push(format!("{path} {value}")),
+    }
 }
 
 /// A table without what is as in another: three dozen factors of 1 say nothing.

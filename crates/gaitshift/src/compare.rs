@@ -167,7 +167,7 @@ fn measure(item: Item, a: &CompareArguments, seeds: &[u64]) -> Result<Vec<Row>, 
             subject.start_at(seed);
             let recording = subject.record(&CommandProfile::constant(omega_v), a.duration_s)?;
             rows.push(Row {
-                seed: seed.filter(|_| starts.len() > 1),
+                seed,
                 ..gaits::describe(&recording, a.settling_s)
             });
         }

@@ -67,27 +67,73 @@ impl GroundArguments {
             terrain.uneven.height_m = height_m;
         }
     }
+}
 
-    /// The ground of the file, where there is one, with the options put over it. Everything else that a file of
-    /// disturbances may say is refused: `whose` cannot take it.
-    pub fn read(&self, file: Option<&Path>, whose: &str) -> Result<TerrainParameters, Failure> {
-        let mut d = match file {
+/// Actuators that are weak or late; as it stands, neither.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Disturbances")]
+pub struct ActuatorArguments {
+    /// Delay from the controller's command to the actuator's force in s, 0 to 1; or with its unit, as 20ms
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = latency)]
+    pub latency: Option<f64>,
+
+    /// Share of their force that the actuators keep, 0 to 1; for one leg as right=0.5
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, value_parser = weak)]
+    pub weak: Vec<Weak>,
+}
+
+impl ActuatorArguments {
+    /// Puts the options over a disturbance.
+    fn put_over(&self, d: &mut Disturbance) {
+        if let Some(latency_s) = self.latency {
+            d.latency_s = latency_s;
+        }
+        for Weak(factors) in &self.weak {
+            for (old, new) in d.actuator_factor.iter_mut().zip(factors) {
+                *old = new.unwrap_or(*old);
+            }
+        }
+    }
+}
+
+/// What of a disturbance a model for another simulator can have.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Disturbances")]
+pub struct ModelArguments {
+    /// The actuators.
+    #[command(flatten)]
+    pub actuators: ActuatorArguments,
+
+    /// The ground.
+    #[command(flatten)]
+    pub ground: GroundArguments,
+
+    /// Ground and actuators from a file as `evaluate --disturbance` reads it, without noise and pushes; options override or
+    /// extend it
+    #[arg(long, value_name = "FILE.toml")]
+    pub disturbance: Option<PathBuf>,
+}
+
+impl ModelArguments {
+    /// The file's disturbance with the options put over it. Noise and pushes are refused: a model has none.
+    pub fn read(&self) -> Result<Disturbance, Failure> {
+        let mut d = match &self.disturbance {
             Some(path) => load_disturbance(path).map_err(Failure::input)?,
             None => Disturbance::default(),
         };
-        let only_ground = Disturbance {
-            terrain: d.terrain.clone(),
-            ..Disturbance::default()
-        };
-        if d != only_ground {
+        if d.noise != SensorNoise::default() || !d.pushes.is_empty() {
             return Err(Failure::input(format!(
-                "{}: of a disturbance {whose} takes the table `terrain` only; leave out the rest",
-                file.unwrap_or(Path::new("")).display()
+                "{}: MJCF cannot say `noise` and `pushes`; leave them out, and add them in the script that runs the model",
+                self.disturbance
+                    .as_deref()
+                    .unwrap_or(Path::new(""))
+                    .display()
             )));
         }
-        self.put_over(&mut d.terrain);
+        self.actuators.put_over(&mut d);
+        self.ground.put_over(&mut d.terrain);
         d.validate().map_err(Failure::input)?;
-        Ok(d.terrain)
+        Ok(d)
     }
 }
 
@@ -104,13 +150,9 @@ pub struct DisturbanceArguments {
     #[arg(long, value_name = "NAME=SD", value_delimiter = ',', value_parser = noise)]
     pub noise: Vec<Noise>,
 
-    /// Delay from the controller's command to the actuator's force in s, 0 to 1; or with its unit, as 20ms
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = latency)]
-    pub latency: Option<f64>,
-
-    /// Share of their force that the actuators keep, 0 to 1; for one leg as right=0.5
-    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, value_parser = weak)]
-    pub weak: Vec<Weak>,
+    /// The actuators.
+    #[command(flatten)]
+    pub actuators: ActuatorArguments,
 
     /// Pushes on the hip.
     // Texts of their own: brackets in a comment would be links.
@@ -167,14 +209,7 @@ impl DisturbanceArguments {
                 *deviation = noise.deviation;
             }
         }
-        if let Some(latency_s) = self.latency {
-            d.latency_s = latency_s;
-        }
-        for Weak(factors) in &self.weak {
-            for (old, new) in d.actuator_factor.iter_mut().zip(factors) {
-                *old = new.unwrap_or(*old);
-            }
-        }
+        self.actuators.put_over(&mut d);
         d.pushes.extend(&self.push);
         self.ground.put_over(&mut d.terrain);
         d.validate().map_err(Failure::input)?;

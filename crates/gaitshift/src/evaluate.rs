@@ -132,7 +132,7 @@ fn measure(
             let recording = subject.record(profile, duration_s)?;
             let several = seed.filter(|_| starts.len() > 1);
             rows.push(Row {
-                seed: several,
+                seed,
                 ..describe(&recording, arguments.settling_s)
             });
             if let Some(folder) = &arguments.out {
@@ -150,7 +150,7 @@ fn measure(
 
 /// The points of a figure of all commands: of several starts their means.
 pub fn points(rows: &[Row]) -> Vec<SweepPoint> {
-    if rows.iter().any(|row| row.seed.is_some()) {
+    if rows.iter().any(|row| row.seed != rows[0].seed) {
         return spread::of(rows).iter().filter_map(Spread::point).collect();
     }
     rows.iter()

@@ -1,14 +1,14 @@
 //! `gaitshift export`: body, controller and recording for other programs.
 
-use crate::arguments::{ChangeArguments, ExportArguments, ExportFormat};
+use crate::arguments::{ExportArguments, ExportFormat};
 use crate::evaluate::criteria;
 use crate::failure::Failure;
 use crate::motion::{changed, load_controller};
 use crate::output;
 use gaitshift_analysis::Recording;
-use gaitshift_body::{Body, BodyParameters};
+use gaitshift_body::Body;
 use gaitshift_experiment::{Deterministic, judge};
-use gaitshift_task::TaskParameters;
+use gaitshift_export::Actuators;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
@@ -17,14 +17,20 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     match &arguments.format {
         ExportFormat::Mjcf {
             changes,
-            ground,
-            disturbance,
-            controller,
+            disturbances,
+            which,
             out,
         } => {
-            let (parameters, task) = body_and_task(changes, controller.as_deref())?;
-            let ground = ground.read(disturbance.as_deref(), "MJCF")?.terrain();
-            let text = gaitshift_export::mjcf(&parameters, &task, ground.as_ref())
+            // The body of the controller that `export onnx` exports: a policy belongs to the body it was trained on.
+            let c = load_controller(which.controller.as_deref())?;
+            let (parameters, task) = changed(&c.body, &c.task, changes)?;
+            let d = disturbances.read()?;
+            let actuators = Actuators {
+                factor: d.actuator_factor,
+                latency_s: d.latency_s,
+            };
+            let ground = d.terrain.terrain();
+            let text = gaitshift_export::mjcf(&parameters, &task, ground.as_ref(), &actuators)
                 .map_err(Failure::input)?;
             put(text.as_bytes(), out.as_deref())
         }
@@ -71,7 +77,12 @@ fn hub(path: Option<&Path>, licence: Option<&str>, out: &Path) -> Result<(), Fai
     let judgement = judge(&body, &controller.task, &criteria, &mut policy).map_err(Failure::run)?;
     let card =
         gaitshift_export::card(&controller, &judgement, FILE, licence).map_err(Failure::input)?;
-    let mjcf = gaitshift_export::mjcf(&controller.body, &controller.task, None);
+    let mjcf = gaitshift_export::mjcf(
+        &controller.body,
+        &controller.task,
+        None,
+        &Actuators::default(),
+    );
     let files = [
         ("README.md", card.into_bytes()),
         (FILE, controller.to_bytes().map_err(Failure::run)?),
@@ -92,18 +103,6 @@ fn hub(path: Option<&Path>, licence: Option<&str>, out: &Path) -> Result<(), Fai
 
 fn read(path: &Path) -> Result<Recording, Failure> {
     Recording::read_csv(path).map_err(Failure::input)
-}
-
-/// Body and task of a controller, or the default ones, changed as the user asks.
-fn body_and_task(
-    changes: &ChangeArguments,
-    controller: Option<&Path>,
-) -> Result<(BodyParameters, TaskParameters), Failure> {
-    let (body, task) = match controller {
-        Some(_) => load_controller(controller).map(|c| (c.body, c.task))?,
-        None => (BodyParameters::default(), TaskParameters::default()),
-    };
-    changed(&body, &task, changes)
 }
 
 /// Bytes that no terminal should be shown.

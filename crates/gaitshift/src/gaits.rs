@@ -11,8 +11,7 @@ use serde::Serialize;
 pub struct Row {
     /// The command, if it is constant over the part described.
     pub omega_v: Option<f64>,
-    /// The seed that drew the start, where there are several.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// The seed that drew the start; `None` (null in JSON) at the default start.
     pub seed: Option<u64>,
     /// What disturbed it.
     #[serde(skip_serializing_if = "Option::is_none")]

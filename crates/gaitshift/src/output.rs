@@ -12,6 +12,46 @@ pub fn line(text: &str) -> Result<(), Failure> {
     Ok(writeln!(io::stdout(), "{text}")?)
 }
 
+/// Widest line of text, as wide as a terminal usually is.
+const WIDTH: usize = 80;
+
+/// Prints a text in lines of at most 80 characters, broken at spaces; those after the first are indented by `hanging` more than
+/// the text itself.
+pub fn text(text: &str, hanging: usize) -> Result<(), Failure> {
+    wrapped(text, hanging).iter().try_for_each(|l| line(l))
+}
+
+/// [`text`] of a list, broken only after its commas and colons.
+pub fn list(items: &str, hanging: usize) -> Result<(), Failure> {
+    let whole = items.trim_start().replace(' ', "\u{a0}");
+    let broken = whole.replace(",\u{a0}", ", ").replace(":\u{a0}", ": ");
+    let indent = " ".repeat(items.len() - items.trim_start().len());
+    wrapped(&format!("{indent}{broken}"), hanging)
+        .iter()
+        .try_for_each(|l| line(&l.replace('\u{a0}', " ")))
+}
+
+fn wrapped(text: &str, hanging: usize) -> Vec<String> {
+    let words = text.trim_start();
+    let indent = text.len() - words.len();
+    let mut lines = Vec::new();
+    let mut line = " ".repeat(indent);
+    let mut empty = true;
+    for word in words.split(' ') {
+        if !empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            lines.push(std::mem::replace(&mut line, " ".repeat(indent + hanging)));
+            empty = true;
+        }
+        if !empty {
+            line.push(' ');
+        }
+        line.push_str(word);
+        empty = false;
+    }
+    lines.push(line);
+    lines
+}
+
 /// Prints a value as JSON on standard output.
 pub fn json(value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string(value).map_err(Failure::run)?;

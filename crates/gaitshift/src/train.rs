@@ -28,6 +28,29 @@ struct Report<'a> {
 #[derive(Serialize)]
 struct Reports<'a> {
     runs: Vec<Report<'a>>,
+    spread: Spread,
+}
+
+/// Mean and standard deviation over the seeds: of criteria and step those of the runs that were evaluated.
+#[derive(Serialize)]
+struct Spread {
+    best_met: Moments,
+    best_step: Moments,
+    elapsed_s: Moments,
+}
+
+impl Spread {
+    fn of(outcomes: &[Outcome]) -> Self {
+        let reports = || outcomes.iter().map(|o| &o.report);
+        let evaluated = |value: fn(&RunReport) -> f64| {
+            Moments::of(reports().map(|r| (r.best_step > 0).then(|| value(r))))
+        };
+        Self {
+            best_met: evaluated(|r| r.best_met as f64),
+            best_step: evaluated(|r| r.best_step as f64),
+            elapsed_s: Moments::of(reports().map(|r| Some(r.elapsed_s))),
+        }
+    }
 }
 
 /// A finished or stopped run.
@@ -51,20 +74,23 @@ impl Outcome {
 /// Runs the command.
 pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
     let interrupted = catch_interrupts()?;
-    let seeds: Vec<u64> = arguments.seeds.iter().flat_map(|s| s.0.clone()).collect();
+    let seeds = seeds(arguments);
     if seeds.is_empty() {
         let (folder, training) = prepare(arguments)?;
         let outcome = train(folder, training, arguments, &interrupted)?;
         if arguments.print.json {
             output::json(&outcome.report())?;
         } else {
-            for line in describe(&outcome.report, &outcome.controller) {
-                output::line(&line)?;
-            }
+            describe(&outcome.report, &outcome.controller)?;
         }
         return ended(&interrupted, &outcome.report);
     }
     train_seeds(&seeds, arguments, &interrupted)
+}
+
+/// The seeds of --seeds.
+pub fn seeds(arguments: &TrainArguments) -> Vec<u64> {
+    arguments.seeds.iter().flat_map(|s| s.0.clone()).collect()
 }
 
 /// One run after the other.
@@ -105,7 +131,8 @@ fn train_seeds(
     }
     if arguments.print.json {
         let runs = outcomes.iter().map(Outcome::report).collect();
-        output::json(&Reports { runs })?;
+        let spread = Spread::of(&outcomes);
+        output::json(&Reports { runs, spread })?;
     } else {
         for line in seeds_table(&outcomes) {
             output::line(&line)?;
@@ -139,18 +166,13 @@ fn seeds_table(outcomes: &[Outcome]) -> Vec<String> {
             outcome.folder.display().to_string(),
         ]);
     }
-    let judged = || outcomes.iter().filter(|o| o.report.best_step > 0);
-    let of = |value: fn(&RunReport) -> f64, decimals| {
-        Moments::of(judged().map(|o| Some(value(&o.report)))).text(decimals)
-    };
     if outcomes.len() > 1 {
+        let spread = Spread::of(outcomes);
         cells.push(vec![
             "mean".to_owned(),
-            of(|r| r.best_met as f64, 1),
-            of(|r| r.best_step as f64, 0),
-            duration(
-                outcomes.iter().map(|o| o.report.elapsed_s).sum::<f64>() / outcomes.len() as f64,
-            ),
+            spread.best_met.text(1),
+            spread.best_step.text(0),
+            duration(spread.elapsed_s.mean.unwrap_or(0.0)),
         ]);
     }
     output::table(&cells, &[4])
@@ -273,7 +295,7 @@ pub fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
 }
 
 /// A report in a few lines.
-fn describe(r: &RunReport, controller: &Path) -> Vec<String> {
+fn describe(r: &RunReport, controller: &Path) -> Result<(), Failure> {
     let mut lines = vec![format!(
         "{} steps and {} updates in {}",
         count(r.step),
@@ -306,12 +328,13 @@ fn describe(r: &RunReport, controller: &Path) -> Vec<String> {
             duration(after_s)
         ));
     }
-    lines.push(format!("controller: {}", controller.display()));
-    lines.push(format!(
+    lines.iter().try_for_each(|line| output::text(line, 2))?;
+    // Paths and commands stay whole, to be copied.
+    output::line(&format!("controller: {}", controller.display()))?;
+    output::line(&format!(
         "look at it: gaitshift demo --controller {}",
         quoted(&controller.to_string_lossy())
-    ));
-    lines
+    ))
 }
 
 /// Draws the return of every episode into the run's folder, in the manner of the paper's Fig. 4.

@@ -61,6 +61,8 @@ impl Change {
 
 #[derive(Serialize)]
 struct Outcome<'a> {
+    /// The seed that drew the start; null at the default start.
+    seed: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     disturbance: Option<&'a serde_json::Value>,
     #[serde(flatten)]
@@ -96,6 +98,7 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
     }
     if a.print.json {
         return output::json(&Outcome {
+            seed: a.seed,
             disturbance: recording.metadata.disturbance.as_ref(),
             summary: &summary,
             changes: &changes,

@@ -3,6 +3,9 @@
 
 mod common;
 use common::Place;
+use gaitshift_experiment::Controller;
+use gaitshift_export::Actuators;
+use std::path::Path;
 
 #[test]
 fn every_format_goes_to_a_file_or_to_standard_output() {
@@ -35,12 +38,37 @@ fn the_body_is_the_one_asked_for() {
     assert_ne!(text, place.stdout("export mjcf"));
 }
 
+// It was the default body, whose hip has its mass 0.05 m higher: the shipped policy fell on it where it should run.
+#[test]
+fn the_body_is_that_of_the_policy() {
+    let place = Place::new();
+    let text = place.stdout("export mjcf");
+    assert!(text.contains("pos=\"0 0 -0.05\""), "{text}");
+    let shipped = Controller::shipped().unwrap();
+    assert_eq!(
+        text,
+        gaitshift_export::mjcf(&shipped.body, &shipped.task, None, &Actuators::default()).unwrap()
+    );
+    let robust = Controller::read(Path::new("robust")).unwrap();
+    assert_eq!(
+        place.stdout("export mjcf --controller robust"),
+        gaitshift_export::mjcf(&robust.body, &robust.task, None, &Actuators::default()).unwrap()
+    );
+    // What --body and --set leave out is the controller's too.
+    place.write("ice.toml", "friction = 0.125\n");
+    for changed in ["--body ice.toml", "--set friction=0.125"] {
+        let text = place.stdout(&format!("export mjcf {changed}"));
+        assert!(text.contains("pos=\"0 0 -0.05\""), "{changed}: {text}");
+    }
+}
+
 #[test]
 fn the_ground_is_the_one_asked_for() {
     let place = Place::new();
     let flat = place.stdout("export mjcf");
     assert!(flat.contains("name=\"ground\" type=\"plane\""));
-    let hill = place.stdout("export mjcf --slope 0.1rad@2 --step-up 0.03 --step-down 0.02@5");
+    let hill_options = "export mjcf --slope 0.1rad@2 --step-up 0.03 --step-down 0.02@5";
+    let hill = place.stdout(hill_options);
     assert_ne!(hill, flat);
     // Flat, the slope, and the same raised and lowered.
     assert!(hill.contains("ground_3") && hill.contains("type=\"box\""));
@@ -50,11 +78,25 @@ fn the_ground_is_the_one_asked_for() {
                 steps = [{ height_m = 0.03, at_m = 3 }, { height_m = -0.02, at_m = 5 }]\n";
     place.write("hill.toml", file);
     assert_eq!(place.stdout("export mjcf --disturbance hill.toml"), hill);
-    place.write("late.toml", format!("latency_s = 0.01\n{file}"));
-    place.refused(
-        "export mjcf --disturbance late.toml",
-        &["late.toml", "terrain"],
+    // What MJCF can say of actuators it says; it has no noise and no pushes.
+    place.write(
+        "late.toml",
+        format!("latency_s = 0.01\nactuator_factor = [0.5, 1]\n{file}"),
     );
+    let late = place.stdout("export mjcf --disturbance late.toml");
+    assert!(late.contains("gear=\"300.0\"") && late.contains("nsample=\"50\""));
+    let hill = hill_options.to_owned() + " --weak right=0.5 --latency 10ms";
+    assert_eq!(place.stdout(&hill), late);
+    for refused in [
+        "noise = { theta_rad = 0.1 }",
+        "pushes = [{ forward_n = 9 }]",
+    ] {
+        place.write("noisy.toml", refused);
+        place.refused(
+            "export mjcf --disturbance noisy.toml",
+            &["noisy.toml", "MJCF cannot say"],
+        );
+    }
     place.refused("export mjcf --slope 2rad", &["slope"]);
 }
 

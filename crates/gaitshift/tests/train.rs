@@ -250,6 +250,14 @@ fn several_seeds_are_trained_one_after_the_other() {
     assert_eq!(reports["runs"].as_array().unwrap().len(), 2);
     place.refused("train tiny.toml --seeds 5-1", &["--seeds"]);
     place.refused("train tiny.toml --seeds 1-2 --seed 3", &["--seed"]);
+    // The table had them, the JSON had not.
+    let spread = &reports["spread"];
+    let elapsed = reports["runs"].as_array().unwrap().iter();
+    let total: f64 = elapsed.map(|run| run["elapsed_s"].as_f64().unwrap()).sum();
+    let mean = spread["elapsed_s"]["mean"].as_f64().unwrap();
+    assert!((mean - 0.5 * total).abs() < 1e-9, "{spread}");
+    assert!(spread["best_met"].get("sd").is_some(), "{spread}");
+    assert!(spread["best_step"].get("mean").is_some(), "{spread}");
 }
 
 // Of a phase's randomization it listed three dozen factors of 1.
@@ -266,11 +274,14 @@ fn a_check_says_of_a_randomization_what_it_changes() {
     let value = place.json("train --check hills.toml --json");
     let changes = &value["phases"][0]["changes"];
     assert_eq!(
-        changes.to_string().replace('\\', ""),
-        "[\"randomization: {\"body\":{\"friction\":[0.5,1.2]},\"latency_s\":[0.0,0.01],\"pushes\":{\"forward_n\":[-80.0,80.0]},\
-         \"terrain\":{\"slope_rad\":[-0.05,0.05],\"steps\":{\"height_m\":[0.0,0.02]}}}\",\
-         \"reward_extra_end: {\"upright\":1.0}\"]"
+        changes.to_string(),
+        "[\"randomization: body.friction [0.5,1.2], latency_s [0.0,0.01], pushes.forward_n [-80.0,80.0], \
+         terrain.slope_rad [-0.05,0.05], terrain.steps.height_m [0.0,0.02]\",\"reward_extra_end: upright 1.0\"]"
     );
+    // It was one line of some 400 characters.
+    for line in place.stdout("train --check robust").lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
     let differences = value["differences"].to_string();
     assert!(
         differences.contains("task.reward.extra[0].expression"),
@@ -303,8 +314,29 @@ fn a_check_says_what_would_be_trained_and_trains_nothing() {
     assert!(asked.starts_with("39 criteria"), "{value}");
     let differences = value["differences"].to_string();
     assert!(differences.contains("body.friction"), "{differences}");
+    let text = place.stdout("train --check tiny.toml --seeds 1-3");
+    assert!(
+        text.contains("3 seeds from 1 to 3") && text.contains("for all 3"),
+        "{text}"
+    );
+    let value = place.json("train --check tiny.toml --seeds 4,6 --json");
+    assert_eq!(value["seeds"].to_string(), "[4,6]");
     assert!(!place.path("runs").exists());
     place.refused("train --check absent.toml", &["absent.toml"]);
+}
+
+// It went to runs/fast-1.
+#[test]
+fn a_file_without_a_name_is_named_as_the_file_is() {
+    let place = place_with_recipe();
+    let tiny = String::from_utf8(place.read("tiny.toml")).unwrap();
+    let nameless: Vec<&str> = tiny
+        .lines()
+        .filter(|l| !l.starts_with("name = \"tiny"))
+        .collect();
+    place.write("mine.toml", nameless.join("\n"));
+    place.stdout("train mine.toml --steps 1");
+    assert!(place.path("runs/mine-5/config.toml").is_file());
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Writing and reading the file of a recording.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -73,6 +75,13 @@ impl Recording {
     /// Names the file and, where it applies, the line and column, the cause and the remedy.
     pub fn read_csv(path: impl AsRef<Path>) -> Result<Self, RecordingError> {
         let path = path.as_ref();
+        if path.is_dir() {
+            let such_as = recording_in(path);
+            return Err(RecordingError::Folder {
+                path: path.to_owned(),
+                such_as: such_as.map_or_else(String::new, |p| format!(", such as {}", p.display())),
+            });
+        }
         let bytes = std::fs::read(path).map_err(|source| RecordingError::Io {
             path: path.to_owned(),
             action: "read",
@@ -306,4 +315,24 @@ fn csv_error(path: &Path, error: &csv::Error) -> RecordingError {
             reason: error.to_string(),
         },
     }
+}
+
+/// A recording in a folder: `recording.csv`, or the first by its name.
+fn recording_in(folder: &Path) -> Option<PathBuf> {
+    let usual = folder.join("recording.csv");
+    if usual.is_file() {
+        return Some(usual);
+    }
+    let is_one = |path: &PathBuf| {
+        let mut first = [0; MAGIC.len()];
+        let read = File::open(path).and_then(|mut file| file.read_exact(&mut first));
+        read.is_ok() && first == *MAGIC.as_bytes()
+    };
+    let entries = std::fs::read_dir(folder).ok()?;
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.extension().is_some_and(|ending| ending == "csv"))
+        .collect();
+    files.sort();
+    files.into_iter().find(is_one)
 }

@@ -50,6 +50,14 @@ pub enum RowError {
 /// Why a recording could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
+    /// A folder was given.
+    #[error("{} is a folder, not a recording; give a CSV file in it{such_as}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// A recording in it, after a comma, if there is one.
+        such_as: String,
+    },
     /// The operating system refused.
     #[error("cannot {action} the recording {}: {source}; check the path and its permissions", path.display())]
     Io {

@@ -1,6 +1,7 @@
 //! Which experiments can be trained, and which are probably not meant.
 
 use super::{ConfigError, Experiment, Symmetry};
+use crate::review::ending_at_once;
 use gaitshift_analysis::GaitClass;
 use gaitshift_sac::Temperature;
 use gaitshift_task::{Keyed, LearnerSettings, Phase};
@@ -119,9 +120,10 @@ impl Experiment {
         Ok(())
     }
 
-    /// What can be trained but is probably not meant, a sentence each, as far as body and task alone show.
+    /// What can be trained but is probably not meant, a sentence each, as far as body and task show.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.body.warnings();
+        warnings.extend(ending_at_once(self));
         if self.training.symmetry == Symmetry::Replay {
             for (key, text) in self.task.asymmetric_expressions() {
                 warnings.push(format!(

@@ -1,6 +1,6 @@
 //! Keys that are not known: what was probably meant, and what has become of those of earlier versions.
 
-use super::ConfigError;
+use super::{ConfigError, Experiment};
 
 /// What a parser says, with the key that was probably meant.
 pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
@@ -58,6 +58,60 @@ const REHEARSAL_OF_PHASES: &str =
 const ENTROPY_OF_TRAINING: &str =
     "it is now a key of `[training]`, and of a phase's `learner` and `learner_end`";
 
+/// The first keys of an experiment, by which the list of them is known.
+const TABLES_OF_AN_EXPERIMENT: [&str; 4] = ["base", "name", "seed", "body"];
+
+/// The name of `known` that was probably meant, if one is near: it differs by a slip, or has the name as a part, as
+/// `theta_velocity_rad_per_s` has `theta_velocity`.
+pub(crate) fn nearest<'a>(
+    unknown: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    let distance = |name: &str| strsim::osa_distance(unknown, name);
+    let contained = |name: &str| {
+        let unit = |rest: &str| rest.starts_with('_');
+        name.strip_prefix(unknown).is_some_and(unit)
+            || (unknown.len() > 2 && name.contains(unknown))
+    };
+    let likely = |name: &&str| distance(name) <= 1 + unknown.len() / 4 || contained(name);
+    known
+        .into_iter()
+        .filter(likely)
+        .min_by_key(|name| (distance(name), !contained(name)))
+}
+
+/// `did you mean` with one name or two.
+pub(crate) fn question(names: &[impl AsRef<str>]) -> String {
+    let quoted: Vec<String> = names
+        .iter()
+        .map(|name| format!("`{}`", name.as_ref()))
+        .collect();
+    format!("did you mean {}?", quoted.join(" or "))
+}
+
+/// Keys of an experiment that are `unknown` but for the table they stand in, at most two; without one the nearest.
+pub(super) fn elsewhere(unknown: &str) -> Vec<String> {
+    let keys = Experiment::default().keys();
+    let last = |key: &str| key.rsplit('.').next().unwrap_or(key).to_owned();
+    let end = format!(".{unknown}");
+    let mut same: Vec<String> = keys
+        .iter()
+        .filter(|key| key.ends_with(&end))
+        .cloned()
+        .collect();
+    if same.is_empty() {
+        let names: Vec<String> = keys.iter().map(|key| last(key)).collect();
+        let near = nearest(unknown, names.iter().map(String::as_str));
+        same.extend(
+            keys.iter()
+                .filter(|key| near == Some(last(key).as_str()))
+                .cloned(),
+        );
+    }
+    same.truncate(2);
+    same
+}
+
 /// A parser's message of an unknown name, with what has become of it or the nearest known name instead of the list of
 /// all, if it is a name of earlier versions or one is near.
 pub fn did_you_mean(message: &str) -> String {
@@ -74,12 +128,22 @@ pub fn did_you_mean(message: &str) -> String {
             return Some(format!("{what}: {remedy}{rest}"));
         }
         // Names stand between backticks; what follows the list, the line of a TOML file, does not.
-        let known = listed.split('`').skip(1).step_by(2);
-        let distance = |name: &str| strsim::osa_distance(unknown, name);
-        let contained = |name: &str| unknown.len() > 2 && name.contains(unknown);
-        let name = known.min_by_key(|name| (distance(name), !contained(name)))?;
-        let likely = distance(name) <= 1 + unknown.len() / 4 || contained(name);
-        likely.then(|| format!("{what}; did you mean `{name}`?{rest}"))
+        let known: Vec<&str> = listed.split('`').skip(1).step_by(2).collect();
+        let mut names: Vec<String> = nearest(unknown, known.iter().copied())
+            .map(str::to_owned)
+            .into_iter()
+            .collect();
+        if known.starts_with(&TABLES_OF_AN_EXPERIMENT) {
+            let elsewhere = elsewhere(unknown);
+            if names.is_empty()
+                || elsewhere
+                    .iter()
+                    .any(|key| key.ends_with(&format!(".{unknown}")))
+            {
+                names = elsewhere;
+            }
+        }
+        (!names.is_empty()).then(|| format!("{what}; {}{rest}", question(&names)))
     };
     near().unwrap_or_else(|| message.to_owned())
 }

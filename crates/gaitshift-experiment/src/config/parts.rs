@@ -1,7 +1,7 @@
 //! Single values and parts of an experiment that come from elsewhere: an option, a file of the body's parameters, of a
 //! disturbance or of criteria.
 
-use super::names::parse_error;
+use super::names::{elsewhere, parse_error, question};
 use super::tables::{assignment, overlay, read};
 use super::{ConfigError, Experiment};
 use crate::criteria::Criteria;
@@ -157,9 +157,18 @@ pub fn set_body_and_task(
             toml::Table::try_from(&both).map_err(|e| parse_error(&origin, &e.to_string()))?;
         overlay(&mut table, assignment(text, &["body", "task"])?)
             .map_err(|e| parse_error(&origin, &e))?;
-        both = table
-            .try_into()
-            .map_err(|e: toml::de::Error| parse_error(&origin, &e.to_string()))?;
+        both = table.try_into().map_err(|e: toml::de::Error| {
+            // Without a table it was looked for among those of the body.
+            let key = text.split('=').next().unwrap_or_default().trim();
+            let of_task = |key: &String| key.starts_with("task.");
+            match elsewhere(key).into_iter().find(of_task) {
+                Some(meant) => parse_error(
+                    &origin,
+                    &format!("unknown key `{key}`; {}", question(&[meant])),
+                ),
+                None => parse_error(&origin, &e.to_string()),
+            }
+        })?;
         let source = both.body.validate();
         source.map_err(|source| ConfigError::Body {
             origin: origin.clone(),

@@ -1,7 +1,7 @@
 //! Reads experiments: recipes, files, and what they are based on.
 
-use super::names::parse_error;
-use super::tables::{overlay, read, without_changes};
+use super::names::{nearest, parse_error, question};
+use super::tables::{check_changes, overlay, read, without_changes};
 use super::{ConfigError, Experiment};
 use std::path::{Path, PathBuf};
 
@@ -19,16 +19,24 @@ impl Experiment {
     /// # Errors
     /// An unknown name.
     pub fn recipe(name: &str) -> Result<Self, ConfigError> {
-        let remedy = format!("; a file is named by a path, such as ./{name} or {name}.toml");
+        let remedy = format!("file is named by a path, such as ./{name} or {name}.toml");
         Self::named(name, "recipe", remedy)
     }
 
     fn named(name: &str, origin: &str, remedy: String) -> Result<Self, ConfigError> {
         let Some((_, text)) = RECIPES.iter().find(|(known, _)| *known == name) else {
+            let names = RECIPES.map(|(known, _)| known);
+            let known = match nearest(name, names) {
+                Some(near) => format!("{} A", question(&[near])),
+                None => {
+                    let all = names.map(|name| format!("`{name}`")).join(", ");
+                    format!("the recipes are {all}; a")
+                }
+            };
             return Err(ConfigError::UnknownRecipe {
                 origin: origin.to_owned(),
                 name: name.to_owned(),
-                known: RECIPES.map(|(n, _)| format!("`{n}`")).join(", "),
+                known,
                 remedy,
             });
         };
@@ -48,12 +56,19 @@ impl Experiment {
         }
     }
 
-    /// Reads a file.
+    /// Reads a file. One that gives no name is named as the file is, without its ending.
     ///
     /// # Errors
     /// As [`Experiment::parse`], or the file cannot be read.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
-        Self::parse(&read(path)?, &path.display().to_string())
+        let text = read(path)?;
+        let mut experiment = Self::parse(&text, &path.display().to_string())?;
+        let named =
+            toml::from_str::<toml::Table>(&text).is_ok_and(|table| table.contains_key("name"));
+        if let Some(stem) = path.file_stem().filter(|_| !named) {
+            experiment.name = stem.to_string_lossy().into_owned();
+        }
+        Ok(experiment)
     }
 
     /// Parses TOML. What the text does not give is taken from the recipe or file that its key `base` names,
@@ -90,14 +105,14 @@ impl Experiment {
         })
     }
 
-    /// The text alone, read and as a table. Reading it reports unknown keys and wrong types with their line. Phases given
-    /// as changes of those of the base, and own terms likewise, cannot be read without it; what is wrong in them is
-    /// reported afterwards, by key.
+    /// The text alone, read and as a table. Reading it reports unknown keys and wrong types with their line, also in phases
+    /// given as changes of those of the base and in own terms given so, whatever the base has.
     fn own(text: &str, origin: &str) -> Result<(Self, toml::Table), ConfigError> {
         let error = |e: toml::de::Error| parse_error(origin, &e.to_string());
         let table: toml::Table = toml::from_str(text).map_err(error)?;
         let mut alone = table.clone();
         let own = if without_changes(&mut alone) {
+            check_changes(text).map_err(error)?;
             alone.try_into()
         } else {
             toml::from_str(text)
@@ -114,7 +129,7 @@ impl Experiment {
     ) -> Result<Self, ConfigError> {
         let key = format!("{origin}: key `{key}`");
         if !name.contains(['/', '\\', '.']) {
-            let remedy = format!("; a file is named by a path, such as ./{name}.toml");
+            let remedy = format!("file is named by a path, such as ./{name}.toml");
             return Self::named(name, &key, remedy);
         }
         let folder = Path::new(origin).parent().unwrap_or(Path::new(""));
@@ -138,6 +153,24 @@ impl Experiment {
     /// All values as a table.
     pub(super) fn table(&self, origin: &str) -> Result<toml::Table, ConfigError> {
         toml::Table::try_from(self).map_err(|e| parse_error(origin, &e.to_string()))
+    }
+
+    /// The path of every key with a value, but for those of phases.
+    pub(super) fn keys(&self) -> Vec<String> {
+        fn flatten(table: &toml::Table, path: &str, keys: &mut Vec<String>) {
+            for (name, value) in table {
+                let key = format!("{path}{name}");
+                match value {
+                    toml::Value::Table(inner) => flatten(inner, &format!("{key}."), keys),
+                    _ => keys.push(key),
+                }
+            }
+        }
+        let mut keys = Vec::new();
+        if let Ok(table) = toml::Table::try_from(self) {
+            flatten(&table, "", &mut keys);
+        }
+        keys
     }
 
     /// The name of what a file is based on and that itself; nothing for a recipe that is based on nothing.

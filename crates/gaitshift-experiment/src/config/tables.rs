@@ -2,8 +2,11 @@
 
 use super::ConfigError;
 use super::names::parse_error;
+use gaitshift_task::{ExtraRule, ExtraTerm, Phase};
+use serde::Deserialize;
 use std::path::Path;
-use toml::Value;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+use toml::{Spanned, Value};
 
 pub(crate) fn read(path: &Path) -> Result<String, ConfigError> {
     std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
@@ -146,6 +149,49 @@ const NAMED: [(&[&str], &str); 3] = [
     (&["task", "reward"], "extra"),
     (&["task", "termination"], "extra"),
 ];
+
+/// Reads each table of such a list by itself, what it leaves out filled in, so that unknown keys and wrong types in it are
+/// told with their line.
+pub(super) fn check_changes(text: &str) -> Result<(), toml::de::Error> {
+    let whole = DeTable::parse(text)?.into_inner();
+    for (path, list) in NAMED {
+        let mut names = path.iter().chain([&list]);
+        let first = names.next().and_then(|name| whole.get(*name));
+        let table = names.try_fold(first, |value, name| {
+            Some(value?.get_ref().as_table()?.get(*name))
+        });
+        let Some(changes) = table.flatten().and_then(|value| value.get_ref().as_table()) else {
+            continue;
+        };
+        for value in changes.values() {
+            // What is no table is told where it is put over the base.
+            let Some(change) = value.get_ref().as_table() else {
+                continue;
+            };
+            let filled = |missing: &'static str| {
+                let mut change = change.clone();
+                for (key, value) in DeTable::parse(missing)?.into_inner() {
+                    change.entry(key).or_insert(value);
+                }
+                let value = Spanned::new(value.span(), DeValue::Table(change));
+                Ok::<_, toml::de::Error>(ValueDeserializer::from(value))
+            };
+            let read = match path {
+                ["curriculum"] => filled("name = ''\nsteps = 1\nomega_v = [0, 0]")
+                    .and_then(|phase| Phase::deserialize(phase).map(|_| ())),
+                [_, "reward"] => filled("name = ''\nweight = 0\nexpression = '0'")
+                    .and_then(|term| ExtraTerm::deserialize(term).map(|_| ())),
+                _ => filled("name = ''\nexpression = '0'")
+                    .and_then(|rule| ExtraRule::deserialize(rule).map(|_| ())),
+            };
+            read.map_err(|mut error| {
+                error.set_input(Some(text));
+                error
+            })?;
+        }
+    }
+    Ok(())
+}
 
 /// Takes away such tables; says whether there were any.
 pub(super) fn without_changes(table: &mut toml::Table) -> bool {

@@ -47,7 +47,7 @@ class Body:
     def mjcf(self, task: dict[str, Any] | None = None) -> str:
         """The body as MJCF, the model format of MuJoCo; `qpos` and `qvel` are positions and velocities. `task` holds
         parameters that differ from the default task, whose default start and control period the file has as the keyframe
-        `start` and the numeric `control_period_s`.
+        `start` and the numeric `control_period_s`. The body of a controller: `Body(controller.body).mjcf(controller.task)`.
         """
     def accelerations(self, positions: _Floats, velocities: _Floats, actuator_n: _Floats) -> _Floats:
         """Accelerations of the 11 coordinates (m/s², rad/s²) under the actuators' forces, shape (2,), in N."""

@@ -2,7 +2,7 @@
 
 use super::values::{number, time_s};
 use super::{ChangeArguments, ControllerArguments, PrintArguments};
-use crate::disturb::GroundArguments;
+use crate::disturb::ModelArguments;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -166,7 +166,7 @@ pub struct AnalyseArguments {
 #[command(after_long_help = "\
 Examples:
   gaitshift export mjcf --out biped.xml
-  gaitshift export mjcf --slope 3deg@2 --step-up 0.03 --out hill.xml
+  gaitshift export mjcf --controller robust --slope 3deg@2 --step-up 0.03 --out hill.xml
   gaitshift export onnx --controller runs/fast-1/controller.safetensors --out policy.onnx
   gaitshift export npz out/transition/recording.csv --out motion.npz")]
 pub struct ExportArguments {
@@ -178,26 +178,25 @@ pub struct ExportArguments {
 /// What is exported, and as what.
 #[derive(Debug, Subcommand)]
 pub enum ExportFormat {
-    /// The body as MJCF, for MuJoCo
+    /// The body that a controller was trained on, as MJCF, for MuJoCo
     ///
     /// It has the same masses, springs, dampers, actuators and joints; comments in the file say how the
-    /// contact differs. Ground that is not flat becomes a tilted plane or boxes.
+    /// contact differs. Ground that is not flat becomes a tilted plane or boxes, a weak actuator one of less force,
+    /// a latency the actuators' delay, which older versions of MuJoCo do not know. Export the policy of the same
+    /// controller with `export onnx`.
     Mjcf {
-        /// What differs from the controller's or default body and task.
+        /// Whose body and task.
+        #[command(flatten)]
+        which: ControllerArguments,
+        /// What differs from the controller's body and task.
         #[command(flatten)]
         changes: ChangeArguments,
-        /// Take the body that this controller, or the best one of a run's folder, was trained on [default: the default body]
-        #[arg(long, value_name = "FILE|DIR")]
-        controller: Option<PathBuf>,
         /// File to write [default: standard output]
         #[arg(short, long, value_name = "FILE.xml")]
         out: Option<PathBuf>,
-        /// The ground.
+        /// What disturbs it.
         #[command(flatten)]
-        ground: GroundArguments,
-        /// The ground from the table [terrain] of this file, as `evaluate --disturbance` reads it; options override or extend it
-        #[arg(long, value_name = "FILE.toml")]
-        disturbance: Option<PathBuf>,
+        disturbances: ModelArguments,
     },
     /// A controller's deterministic policy as ONNX
     ///

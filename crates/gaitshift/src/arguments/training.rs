@@ -8,8 +8,8 @@ use std::path::PathBuf;
 /// Trains a controller from scratch with Soft Actor-Critic.
 ///
 /// A run is described by one TOML file: body, task, curriculum, learner. Recipes that come with the program:
-/// `fast` (the default), `paper` (schedule and settings of the paper, 10 million steps) and `journal` (those
-/// of its journal version). A file of your own needs only the differences from the recipe that its key `base`
+/// `fast` (the default), `robust` (the same with other bodies, ground, pushes and delays), `paper` (schedule
+/// and settings of the paper, 10 million steps) and `journal` (those of its journal version). A file of your own needs only the differences from the recipe that its key `base`
 /// names; an unknown key is an error.
 ///
 /// Every few hundred thousand steps the controller is evaluated without noise at all commands and changes
@@ -47,7 +47,7 @@ pub struct TrainArguments {
     #[arg(skip)]
     pub command: String,
 
-    /// Recipe (`fast`, `paper`, `journal`) or TOML file
+    /// Recipe (`fast`, `robust`, `paper`, `journal`) or TOML file
     #[arg(value_name = "RECIPE|FILE.toml", default_value = "fast")]
     pub experiment: String,
 
@@ -79,8 +79,9 @@ pub struct TrainArguments {
     /// Report what would be trained, how long it takes, and likely mistakes; train nothing
     ///
     /// Prints the phases in steps and minutes (measured by a few seconds of training), every value that
-    /// differs from the recipe or file of `base`, and warnings. Nothing is written.
-    #[arg(long, conflicts_with_all = ["resume", "seeds", "out", "steps"])]
+    /// differs from the recipe or file of `base`, and warnings. Nothing is written. With --seeds the time is that
+    /// of all runs too.
+    #[arg(long, conflicts_with_all = ["resume", "out", "steps"])]
     pub check: bool,
 
     /// Resume the run in this folder from its last checkpoint
