@@ -2,8 +2,7 @@
 
 use crate::config::{ConfigError, Experiment, RECIPES, read};
 use crate::edits::edits;
-use gaitshift_body::Body;
-use gaitshift_task::{EndReason, Environment, Phase, Randomization};
+use gaitshift_task::{Phase, Randomization};
 use std::path::Path;
 
 /// An experiment, looked at before it runs.
@@ -185,45 +184,4 @@ fn unreached(e: &Experiment) -> Vec<String> {
         ));
     }
     warnings
-}
-
-/// Random starts with which rules of one's own are tried.
-const STARTS: u64 = 64;
-
-/// Rules of one's own that end many episodes in their first control period. A number that is meant to be compared is a rule
-/// too, and holds wherever it is not 0.
-pub(crate) fn ending_at_once(e: &Experiment) -> Vec<String> {
-    let rules = e.task.termination.extra.rules();
-    // A body that cannot be is told elsewhere.
-    let Ok(body) = Body::new(e.body.clone()) else {
-        return Vec::new();
-    };
-    let mut ended = vec![0; rules.len()];
-    for seed in 0..STARTS {
-        if rules.is_empty() {
-            break;
-        }
-        let phase = &e.curriculum.phases[seed as usize % e.curriculum.phases.len().max(1)];
-        let share = (seed as f64 * 0.618).fract();
-        let omega_v = phase.omega_v[0] + share * (phase.omega_v[1] - phase.omega_v[0]);
-        let state = Environment::start(&body, &e.task, Some(seed));
-        let mut environment = Environment::new(&body, state, omega_v);
-        let command = [2.0 * share - 1.0, 1.0 - 2.0 * (share * 7.0).fract()];
-        let outcome = environment.step(&body, &e.task, &e.task.reward, command);
-        if let Some(EndReason::Rule(k)) = outcome.ended {
-            ended[usize::from(k)] += 1;
-        }
-    }
-    let often = rules.iter().zip(ended).enumerate();
-    often
-        .filter(|(_, (_, count))| 4 * count >= STARTS)
-        .map(|(k, (rule, count))| {
-            format!(
-                "the rule `{}` (`task.termination.extra[{k}]`) ends {count} of {STARTS} episodes in their first control period, \
-                 as a fall: it holds wherever \"{}\" is not 0; compare what it says with a limit, as in \"abs(theta_rad) > 0.5\"",
-                rule.name,
-                rule.expression.text()
-            )
-        })
-        .collect()
 }

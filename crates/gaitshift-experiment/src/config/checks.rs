@@ -1,10 +1,10 @@
 //! Which experiments can be trained, and which are probably not meant.
 
 use super::{ConfigError, Experiment, Symmetry};
-use crate::review::ending_at_once;
 use gaitshift_analysis::GaitClass;
+use gaitshift_body::Body;
 use gaitshift_sac::Temperature;
-use gaitshift_task::{Keyed, LearnerSettings, Phase};
+use gaitshift_task::{EndReason, Environment, Keyed, LearnerSettings, Phase};
 
 impl Experiment {
     /// Checks every value.
@@ -135,4 +135,45 @@ impl Experiment {
         }
         warnings
     }
+}
+
+/// Random starts with which rules of one's own are tried.
+const STARTS: u64 = 64;
+
+/// Rules of one's own that end many episodes in their first control period. A number that is meant to be compared is a rule
+/// too, and holds wherever it is not 0.
+fn ending_at_once(e: &Experiment) -> Vec<String> {
+    let rules = e.task.termination.extra.rules();
+    // A body that cannot be is told elsewhere.
+    let Ok(body) = Body::new(e.body.clone()) else {
+        return Vec::new();
+    };
+    let mut ended = vec![0; rules.len()];
+    for seed in 0..STARTS {
+        if rules.is_empty() {
+            break;
+        }
+        let phase = &e.curriculum.phases[seed as usize % e.curriculum.phases.len().max(1)];
+        let share = (seed as f64 * 0.618).fract();
+        let omega_v = phase.omega_v[0] + share * (phase.omega_v[1] - phase.omega_v[0]);
+        let state = Environment::start(&body, &e.task, Some(seed));
+        let mut environment = Environment::new(&body, state, omega_v);
+        let command = [2.0 * share - 1.0, 1.0 - 2.0 * (share * 7.0).fract()];
+        let outcome = environment.step(&body, &e.task, &e.task.reward, command);
+        if let Some(EndReason::Rule(k)) = outcome.ended {
+            ended[usize::from(k)] += 1;
+        }
+    }
+    let often = rules.iter().zip(ended).enumerate();
+    often
+        .filter(|(_, (_, count))| 4 * count >= STARTS)
+        .map(|(k, (rule, count))| {
+            format!(
+                "the rule `{}` (`task.termination.extra[{k}]`) ends {count} of {STARTS} episodes in their first control period, \
+                 as a fall: it holds wherever \"{}\" is not 0; compare what it says with a limit, as in \"abs(theta_rad) > 0.5\"",
+                rule.name,
+                rule.expression.text()
+            )
+        })
+        .collect()
 }
