@@ -112,7 +112,7 @@ fn threads_and_interruptions_do_not_change_a_bit() {
             .unwrap_err()
             .to_string();
         assert!(
-            error.contains("controller-last") && error.contains("--controller"),
+            error.contains("controller-last") && error.contains("`gaitshift train` wrote"),
             "{error}"
         );
     }
