@@ -444,13 +444,12 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks, y_title: 
         let (_, y) = panel.place(panel.x.from, *level);
         canvas.line((area.left, y), (area.right(), y), dotted);
         let width = text_width(word, WORD) + 8.0;
-        let (right, above) = (area.right() - width, y - 14.0);
-        let at = [
-            (right, above),
-            (area.left, above),
-            (right, y),
-            (area.left, y),
-        ];
+        // At the right and above the line, if there it hides nothing.
+        let at: Vec<Point> = [1.0, 0.0, 0.75, 0.5, 0.25]
+            .into_iter()
+            .map(|share| area.left + share * (area.width - width))
+            .flat_map(|left| [(left, y - 14.0), (left, y)])
+            .collect();
         level_word(canvas, area, word, width, &at, &places);
     }
     for (level, word) in &chart.x_levels {
@@ -528,8 +527,9 @@ fn level_word(
     points: &[Point],
 ) {
     let hidden = |left: f64, top: f64| {
-        let covers =
-            |p: &&Point| (left..left + width).contains(&p.0) && (top..top + 15.0).contains(&p.1);
+        let covers = |p: &&Point| {
+            (left..left + width).contains(&p.0) && (top - 2.0..top + 16.0).contains(&p.1)
+        };
         points.iter().filter(covers).count()
     };
     let inside = |&(left, top): &Point| {
