@@ -11,7 +11,7 @@ pub use names::did_you_mean;
 pub(crate) use names::{nearest, parse_error, question};
 pub use parts::{load_body_overrides, load_disturbance, set_body_and_task};
 pub use reading::RECIPES;
-pub(crate) use tables::{nested, overlay, read};
+pub(crate) use tables::{leaves, nested, overlay, read};
 
 use crate::criteria::Criteria;
 use crate::rehearsal::RehearsalParameters;

@@ -6,7 +6,10 @@ use std::path::Path;
 
 /// Writes a file. Whoever looks, at any moment and after a loss of power too, finds the old content or the new one,
 /// never a part.
-pub(crate) fn write(path: &Path, content: &[u8]) -> io::Result<()> {
+///
+/// # Errors
+/// A file that cannot be written, or a disk that fails.
+pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut beside = path.as_os_str().to_owned();
     beside.push(".new");
     let beside = Path::new(&beside);

@@ -2,7 +2,7 @@
 //! learner and its settings, the seed, the sizes of the replay buffer, the criteria by which its best controller was chosen,
 //! and the body and control period in which its episodes stand. Everything else is applied from there on.
 
-use crate::config::{ConfigError, Experiment};
+use crate::config::{ConfigError, Experiment, leaves};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -52,31 +52,12 @@ fn text(value: &toml::Value) -> String {
 
 /// Every value of an experiment by the path of its key.
 fn values(experiment: &Experiment) -> Result<BTreeMap<String, String>, ConfigError> {
-    fn flatten(key: &str, value: &toml::Value, out: &mut BTreeMap<String, String>) {
-        match value {
-            toml::Value::Table(table) => {
-                for (name, value) in table {
-                    let dot = if key.is_empty() { "" } else { "." };
-                    flatten(&format!("{key}{dot}{name}"), value, out);
-                }
-            }
-            toml::Value::Array(list) if list.iter().any(toml::Value::is_table) => {
-                for (index, value) in list.iter().enumerate() {
-                    flatten(&format!("{key}[{index}]"), value, out);
-                }
-            }
-            value => {
-                out.insert(key.to_owned(), text(value));
-            }
-        }
-    }
-    let mut out = BTreeMap::new();
     let table = toml::Value::try_from(experiment).map_err(|e| ConfigError::Value {
         origin: "configuration".to_owned(),
         message: e.to_string(),
     })?;
-    flatten("", &table, &mut out);
-    Ok(out)
+    let values = leaves(&table).into_iter();
+    Ok(values.map(|(key, value)| (key, text(value))).collect())
 }
 
 /// Whether the checkpoint decides a key. `mirrored`: batches would be mirrored where they were not, or the other way

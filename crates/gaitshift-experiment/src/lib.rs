@@ -29,7 +29,7 @@ pub use config::{
 };
 pub use controller::{Controller, ControllerError, Deterministic};
 pub use criteria::{AskedChange, AskedGait, Criteria};
-pub use durable::{sync_files, sync_folder};
+pub use durable::{sync_files, sync_folder, write as write_durably};
 pub use evaluations::{
     EvaluatedChange, EvaluatedChanges, EvaluatedCriterion, EvaluatedMotion, Evaluation, RunName,
 };

@@ -18,25 +18,24 @@ pub(crate) struct Group {
 impl Group {
     /// The experiments of some studies, in the order in which they first come.
     pub fn all(studies: &[&Study]) -> Vec<Self> {
-        let mut names: Vec<&str> = Vec::new();
-        for study in studies {
-            if !names.contains(&study.group.as_str()) {
-                names.push(&study.group);
-            }
-        }
-        let group = |name: &str| {
-            let own: Vec<&Study> = studies
-                .iter()
-                .copied()
-                .filter(|s| s.group == name)
-                .collect();
-            Self {
-                name: name.to_owned(),
-                seeds: own.iter().map(|s| s.seed).collect(),
-                claimed: is_claimed(name),
-                numbers: headline_numbers(&own),
-            }
+        let group = |own: Vec<&Study>| Self {
+            name: own[0].group.clone(),
+            seeds: own.iter().map(|s| s.seed).collect(),
+            claimed: is_claimed(&own[0].group),
+            numbers: headline_numbers(&own),
         };
-        names.into_iter().map(group).collect()
+        by_group(studies).into_iter().map(group).collect()
     }
+}
+
+/// Studies by experiment, each with one at least, in the order in which they first come.
+pub(crate) fn by_group<'a>(studies: &[&'a Study]) -> Vec<Vec<&'a Study>> {
+    let mut groups: Vec<Vec<&Study>> = Vec::new();
+    for &study in studies {
+        match groups.iter_mut().find(|own| own[0].group == study.group) {
+            Some(own) => own.push(study),
+            None => groups.push(vec![study]),
+        }
+    }
+    groups
 }

@@ -144,15 +144,15 @@ const STARTS: u64 = 64;
 /// too, and holds wherever it is not 0.
 fn ending_at_once(e: &Experiment) -> Vec<String> {
     let rules = e.task.termination.extra.rules();
+    if rules.is_empty() {
+        return Vec::new();
+    }
     // A body that cannot be is told elsewhere.
     let Ok(body) = Body::new(e.body.clone()) else {
         return Vec::new();
     };
     let mut ended = vec![0; rules.len()];
     for seed in 0..STARTS {
-        if rules.is_empty() {
-            break;
-        }
         let phase = &e.curriculum.phases[seed as usize % e.curriculum.phases.len().max(1)];
         let share = (seed as f64 * 0.618).fract();
         let omega_v = phase.omega_v[0] + share * (phase.omega_v[1] - phase.omega_v[0]);

@@ -1,7 +1,7 @@
 //! Reads experiments: recipes, files, and what they are based on.
 
 use super::names::{nearest, parse_error, question};
-use super::tables::{check_changes, overlay, read, without_changes};
+use super::tables::{check_changes, leaves, overlay, read, without_changes};
 use super::{ConfigError, Experiment};
 use std::path::{Path, PathBuf};
 
@@ -157,19 +157,13 @@ impl Experiment {
 
     /// The path of every key with a value, but for those of phases.
     pub(super) fn keys(&self) -> Vec<String> {
-        fn flatten(table: &toml::Table, path: &str, keys: &mut Vec<String>) {
-            for (name, value) in table {
-                let key = format!("{path}{name}");
-                match value {
-                    toml::Value::Table(inner) => flatten(inner, &format!("{key}."), keys),
-                    _ => keys.push(key),
-                }
-            }
-        }
-        let mut keys = Vec::new();
-        if let Ok(table) = toml::Table::try_from(self) {
-            flatten(&table, "", &mut keys);
-        }
+        let Ok(table) = toml::Value::try_from(self) else {
+            return Vec::new();
+        };
+        // A list of tables is one key.
+        let key = |(path, _): (String, _)| path.split('[').next().unwrap_or_default().to_owned();
+        let mut keys: Vec<String> = leaves(&table).into_iter().map(key).collect();
+        keys.dedup();
         keys
     }
 

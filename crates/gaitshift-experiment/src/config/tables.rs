@@ -150,6 +150,29 @@ const NAMED: [(&[&str], &str); 3] = [
     (&["task", "termination"], "extra"),
 ];
 
+/// Every value in a table by the path of its key, as `a.b`; lists of tables by their places, as `a[0].b`.
+pub(crate) fn leaves(table: &Value) -> Vec<(String, &Value)> {
+    fn list<'a>(key: String, value: &'a Value, out: &mut Vec<(String, &'a Value)>) {
+        match value {
+            Value::Table(table) => {
+                let dot = if key.is_empty() { "" } else { "." };
+                for (name, value) in table {
+                    list(format!("{key}{dot}{name}"), value, out);
+                }
+            }
+            Value::Array(items) if items.iter().any(Value::is_table) => {
+                for (place, value) in items.iter().enumerate() {
+                    list(format!("{key}[{place}]"), value, out);
+                }
+            }
+            value => out.push((key, value)),
+        }
+    }
+    let mut out = Vec::new();
+    list(String::new(), table, &mut out);
+    out
+}
+
 /// Reads each table of such a list by itself, what it leaves out filled in, so that unknown keys and wrong types in it are
 /// told with their line.
 pub(super) fn check_changes(text: &str) -> Result<(), toml::de::Error> {

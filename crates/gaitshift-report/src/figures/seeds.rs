@@ -1,5 +1,6 @@
 //! The seeds of an experiment as one series: every seed thin, their mean thick, a band around it.
 
+use crate::group::by_group;
 use crate::study::Study;
 use gaitshift_experiment::Estimate;
 use gaitshift_figures::Series;
@@ -18,16 +19,6 @@ pub(super) struct Experiment<'a> {
 impl<'a> Experiment<'a> {
     /// The experiments of some studies, in the order in which they first come.
     pub fn all(studies: &[&'a Study]) -> Vec<Self> {
-        let mut groups: Vec<Vec<&Study>> = Vec::new();
-        for &study in studies {
-            match groups
-                .iter_mut()
-                .find(|group| group[0].group == study.group)
-            {
-                Some(group) => group.push(study),
-                None => groups.push(vec![study]),
-            }
-        }
         let named = |seeds: Vec<&'a Study>| Self {
             label: match &seeds[..] {
                 [only] => only.name.clone(),
@@ -36,7 +27,7 @@ impl<'a> Experiment<'a> {
             },
             seeds,
         };
-        groups.into_iter().map(named).collect()
+        by_group(studies).into_iter().map(named).collect()
     }
 }
 

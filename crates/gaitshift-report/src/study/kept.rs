@@ -2,6 +2,7 @@
 
 use super::{Plan, Study};
 use crate::Subject;
+use gaitshift_experiment::write_durably;
 use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
@@ -43,11 +44,7 @@ pub(super) fn write(subject: &Subject, plan: &Plan, study: &Study) -> Result<(),
     };
     let text = serde_json::to_string(&kept).map_err(|cause| cause.to_string())?;
     let path = file(run, plan);
-    // Renamed when it is whole: an interruption leaves no half of it.
-    let new = path.with_extension("new");
-    std::fs::write(&new, text)
-        .and_then(|()| std::fs::rename(&new, &path))
-        .map_err(|cause| format!("{}: {cause}", path.display()))
+    write_durably(&path, text.as_bytes()).map_err(|cause| format!("{}: {cause}", path.display()))
 }
 
 /// One file for each plan, so that a quick page leaves the whole study's measurements.
