@@ -237,8 +237,9 @@ impl Controller {
 }
 
 /// Keys of the reward in controllers of earlier versions: whether one other than 0 would change the reward.
-const GONE: [(&str, bool); 8] = [
+const GONE: [(&str, bool); 9] = [
     ("alive_command_factor", true),
+    ("energy_command_divisor", true),
     ("energy_reference_period_s", true),
     ("entropy_command_divisor", false),
     ("entropy_share_at_zero", false),

@@ -25,24 +25,24 @@ const COURSE: [Row; 8] = [
         0.0,
         [0.2, 2.0, 0.0, 0.0],
     ),
-    (7_500_000, 3e-4, 0.2, 50.0, 10.0, 1.0, [0.2, 0.5, 0.0, 0.9]),
-    (9_750_000, 3e-4, 0.2, 50.0, 10.0, 1.0, [0.2, 0.5, 0.1, 0.9]),
+    (7_500_000, 3e-4, 0.2, 50.0, 10.0, 1.0, [0.2, 2.0, 0.0, 0.9]),
+    (9_000_000, 3e-4, 0.2, 50.0, 10.0, 1.0, [0.2, 2.0, 0.05, 0.9]),
     (
-        13_000_000,
+        11_000_000,
         1.6e-4,
         0.2,
         50.0,
         10.0,
         1.0,
-        [0.2, 0.5, 0.2, 0.9],
+        [0.2, 2.0, 0.1, 0.9],
     ),
-    (14_000_000, 2e-5, 0.2, 50.0, 10.0, 1.0, [0.2, 0.5, 0.2, 0.9]),
+    (11_500_000, 2e-5, 0.2, 50.0, 10.0, 1.0, [0.2, 2.0, 0.1, 0.9]),
 ];
 
 #[test]
 fn fast_has_the_course_that_it_says() {
     let fast = Experiment::recipe("fast").unwrap();
-    assert_eq!(fast.curriculum.total_steps(), 14_000_000);
+    assert_eq!(fast.curriculum.total_steps(), 11_500_000);
     assert_eq!(fast.curriculum.rehearsal_start(), Some(7_500_000));
     for (step, rate, alpha, horizon, rehearsal, divisor, prices) in COURSE {
         let s = fast.learner_at(step);

@@ -9,6 +9,6 @@ mod onnx;
 mod protobuf;
 
 pub use card::{CardError, card};
-pub use mjcf::{Actuators, NominalContact, mjcf};
+pub use mjcf::{NominalContact, mjcf};
 pub use npz::npz;
 pub use onnx::{OnnxError, onnx};

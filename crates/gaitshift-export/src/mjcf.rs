@@ -19,7 +19,7 @@
 //! one, limited by Coulomb's cone.
 
 use gaitshift_body::{Body, BodyParameters, ParameterError, Terrain};
-use gaitshift_task::{Environment, TaskParameters};
+use gaitshift_task::{Disturbance, Environment, TaskParameters};
 use std::fmt::Write as _;
 
 /// The smallest impedance that MuJoCo accepts (`mjMINIMP`).
@@ -91,37 +91,16 @@ fn foot_inverse_weight(p: &BodyParameters) -> f64 {
     (across + 1.0 / p.foot_mass_kg) / 3.0
 }
 
-/// What actuators may be besides ideal.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Actuators {
-    /// Share of its force that the right and the left actuator still have.
-    pub factor: [f64; 2],
-    /// Delay from command to force, in s, rounded to whole integration steps; until the first command arrives there is no
-    /// force.
-    pub latency_s: f64,
-}
-
-impl Default for Actuators {
-    fn default() -> Self {
-        Self {
-            factor: [1.0; 2],
-            latency_s: 0.0,
-        }
+/// The attributes of a delay, which MuJoCo keeps in a buffer of as many commands as steps.
+fn delay(latency_s: f64, step_s: f64) -> String {
+    let steps = (latency_s / step_s).round();
+    if steps == 0.0 {
+        return String::new();
     }
-}
-
-impl Actuators {
-    /// The attributes of a delay, which MuJoCo keeps in a buffer of as many commands as steps.
-    fn delay(&self, step_s: f64) -> String {
-        let steps = (self.latency_s / step_s).round();
-        if steps == 0.0 {
-            return String::new();
-        }
-        format!(
-            r#" delay="{:?}" nsample="{steps}" interp="zoh""#,
-            steps * step_s
-        )
-    }
+    format!(
+        r#" delay="{:?}" nsample="{steps}" interp="zoh""#,
+        steps * step_s
+    )
 }
 
 /// The body as the text of an MJCF file, SI units and radians. The task gives the keyframe `start`, its default
@@ -135,12 +114,12 @@ impl Actuators {
 pub fn mjcf(
     parameters: &BodyParameters,
     task: &TaskParameters,
-    terrain: Option<&Terrain>,
-    actuators: &Actuators,
+    disturbance: &Disturbance,
 ) -> Result<String, ParameterError> {
     let p = parameters;
     let mut body = Body::new(p.clone())?;
-    if let Some(terrain) = terrain {
+    let terrain = disturbance.terrain.terrain();
+    if let Some(terrain) = &terrain {
         body = body.on(terrain.clone());
     }
     let start = Environment::default_start(&body, task);
@@ -158,7 +137,7 @@ pub fn mjcf(
     let mut tendons = String::new();
     let mut motors = String::new();
     let sides = [("right", "0.84 0.37 0 1"), ("left", "0 0.45 0.70 1")];
-    for ((side, rgba), factor) in sides.into_iter().zip(actuators.factor) {
+    for ((side, rgba), factor) in sides.into_iter().zip(disturbance.actuator_factor) {
         legs.push_str(&leg(p, side, rgba));
         let _ = write!(
             tendons,
@@ -180,7 +159,7 @@ pub fn mjcf(
             motors,
             "\n    <motor name=\"{side}\" joint=\"{side}_h\" gear=\"{:?}\" ctrlrange=\"-1 1\"{}/>",
             factor * p.actuator_force_n,
-            actuators.delay(p.time_step_s)
+            delay(disturbance.latency_s, p.time_step_s)
         );
     }
     let sensors: String = SENSORS
@@ -265,7 +244,7 @@ pub fn mjcf(
   </keyframe>
 </mujoco>
 "#,
-        ground = ground(terrain),
+        ground = ground(terrain.as_ref()),
         period = task.control_period_s,
         qpos = numbers(&start.positions()),
         qvel = numbers(&start.velocities()),

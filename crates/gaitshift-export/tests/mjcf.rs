@@ -3,17 +3,11 @@
 //! body as we do is tested with MuJoCo itself: `crates/gaitshift-python/tests/test_mujoco_*.py`.
 
 use gaitshift_body::{Body, BodyParameters};
-use gaitshift_export::{Actuators, NominalContact};
-use gaitshift_task::{Environment, TaskParameters};
+use gaitshift_export::NominalContact;
+use gaitshift_task::{Disturbance, Environment, TaskParameters};
 
 fn mjcf(body: &BodyParameters) -> String {
-    gaitshift_export::mjcf(
-        body,
-        &TaskParameters::default(),
-        None,
-        &Actuators::default(),
-    )
-    .unwrap()
+    gaitshift_export::mjcf(body, &TaskParameters::default(), &Disturbance::default()).unwrap()
 }
 
 /// Opening and closing tags in order, comments left out; panics where they do not match.
@@ -152,7 +146,7 @@ fn the_file_has_a_start_and_the_control_period() {
         ..TaskParameters::default()
     };
     task.start.speed_m_per_s = 0.7;
-    let text = gaitshift_export::mjcf(&body, &task, None, &Actuators::default()).unwrap();
+    let text = gaitshift_export::mjcf(&body, &task, &Disturbance::default()).unwrap();
     let tags = tags(&text);
     let named = |name: &str| {
         let mut found = tags.iter().filter(|t| attribute(t, "name") == Some(name));
@@ -181,12 +175,13 @@ fn the_file_has_a_start_and_the_control_period() {
 #[test]
 fn actuators_may_be_weak_and_late() {
     let body = BodyParameters::default();
-    let actuators = Actuators {
-        factor: [0.5, 1.0],
+    let disturbance = Disturbance {
+        actuator_factor: [0.5, 1.0],
         latency_s: 0.01015,
+        ..Disturbance::default()
     };
     let task = TaskParameters::default();
-    let text = gaitshift_export::mjcf(&body, &task, None, &actuators).unwrap();
+    let text = gaitshift_export::mjcf(&body, &task, &disturbance).unwrap();
     let tags = tags(&text);
     let motors: Vec<&String> = tags.iter().filter(|t| t.starts_with("motor ")).collect();
     let of =
@@ -210,12 +205,7 @@ fn a_body_out_of_range_is_an_error() {
         foot_mass_kg: -1.0,
         ..BodyParameters::default()
     };
-    let error = gaitshift_export::mjcf(
-        &body,
-        &TaskParameters::default(),
-        None,
-        &Actuators::default(),
-    )
-    .unwrap_err();
+    let error = gaitshift_export::mjcf(&body, &TaskParameters::default(), &Disturbance::default())
+        .unwrap_err();
     assert_eq!(error.key, "foot_mass_kg");
 }

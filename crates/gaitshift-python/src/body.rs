@@ -2,7 +2,6 @@
 
 use crate::convert::{numbers, to_python, value_error, with_overrides};
 use gaitshift_body::{BodyParameters, BodyState, EnergyAccount};
-use gaitshift_export::Actuators;
 use gaitshift_task::{Disturbance, RewardTerms, StepEnergies, TaskParameters, TerrainParameters};
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
@@ -23,7 +22,10 @@ const MOST_STEPS: u32 = 18_000_000;
 /// Positions and velocities are arrays of shape (11,), float64: x, z, theta, then phi, h, d, w of the right leg and of
 /// the left one (m, rad, m/s, rad/s).
 #[pyclass(module = "gaitshift", frozen)]
-pub struct Body(gaitshift_body::Body);
+pub struct Body {
+    body: gaitshift_body::Body,
+    terrain: TerrainParameters,
+}
 
 fn state(positions: &Array<'_>, velocities: &Array<'_>) -> PyResult<BodyState> {
     Ok(BodyState::from_coordinates(
@@ -48,28 +50,39 @@ impl Body {
         };
         ground.validate().map_err(value_error)?;
         let body = gaitshift_body::Body::new(parameters).map_err(value_error)?;
-        Ok(Self(ground.place(body)))
+        Ok(Self {
+            body: ground.place(body),
+            terrain: ground.terrain,
+        })
     }
 
     /// All parameters.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, self.0.parameters())
+        to_python(py, self.body.parameters())
     }
 
     /// The body as MJCF, the model format of MuJoCo; `qpos` and `qvel` are positions and velocities. `task` holds
     /// parameters that differ from the default task, whose default start and control period the file has as the keyframe
     /// `start` and the numeric `control_period_s`. The body of a controller: `Body(controller.body).mjcf(controller.task)`.
-    #[pyo3(signature = (task = None))]
-    fn mjcf(&self, task: Option<&Bound<'_, PyAny>>) -> PyResult<String> {
+    /// `actuator_factor` is the share of its force that the right and the left actuator still have, `latency_s` the delay
+    /// from command to force, in s. ValueError for an unknown key or a value out of range.
+    #[pyo3(signature = (task = None, *, actuator_factor = [1.0; 2], latency_s = 0.0))]
+    fn mjcf(
+        &self,
+        task: Option<&Bound<'_, PyAny>>,
+        actuator_factor: [f64; 2],
+        latency_s: f64,
+    ) -> PyResult<String> {
         let task: TaskParameters = with_overrides(&TaskParameters::default(), task, "task")?;
-        gaitshift_export::mjcf(
-            self.0.parameters(),
-            &task,
-            self.0.terrain(),
-            &Actuators::default(),
-        )
-        .map_err(value_error)
+        let disturbance = Disturbance {
+            actuator_factor,
+            latency_s,
+            terrain: self.terrain.clone(),
+            ..Disturbance::default()
+        };
+        disturbance.validate().map_err(value_error)?;
+        gaitshift_export::mjcf(self.body.parameters(), &task, &disturbance).map_err(value_error)
     }
 
     /// Accelerations of the 11 coordinates (m/s², rad/s²) under the actuators' forces, shape (2,), in N.
@@ -82,7 +95,7 @@ impl Body {
     ) -> PyResult<Eleven<'py>> {
         let state = state(&positions, &velocities)?;
         let force = numbers(&actuator_n, "actuator_n")?;
-        let accelerations = self.0.accelerations(&state, force).coordinates();
+        let accelerations = self.body.accelerations(&state, force).coordinates();
         Ok(PyArray1::from_slice(py, &accelerations))
     }
 
@@ -106,7 +119,7 @@ impl Body {
             )));
         }
         let mut account = EnergyAccount::default();
-        let report = py.detach(|| self.0.advance(&mut state, command, steps, &mut account));
+        let report = py.detach(|| self.body.advance(&mut state, command, steps, &mut account));
         let out = PyDict::new(py);
         out.set_item("diverged", report.diverged)?;
         out.set_item("actuator_n", report.actuator_n.to_vec())?;
@@ -127,7 +140,7 @@ impl Body {
         positions: Array<'py>,
         velocities: Array<'py>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let energy = self.0.energy(&state(&positions, &velocities)?);
+        let energy = self.body.energy(&state(&positions, &velocities)?);
         let out = PyDict::new(py);
         for (name, value) in [
             ("kinetic", energy.kinetic),
@@ -154,7 +167,7 @@ impl Body {
     ) -> PyResult<[Bound<'py, PyDict>; 2]> {
         let state = state(&positions, &velocities)?;
         let foot = |leg| {
-            let contact = self.0.foot_contact(&state, leg);
+            let contact = self.body.foot_contact(&state, leg);
             let out = PyDict::new(py);
             out.set_item("tangential_n", contact.tangential_n)?;
             out.set_item("normal_n", contact.normal_n)?;
@@ -169,14 +182,14 @@ impl Body {
 
     /// Height of the ground in m at `x`.
     fn ground_height(&self, x: f64) -> f64 {
-        self.0.ground_height(x)
+        self.body.ground_height(x)
     }
 
     /// Height of the hip axis in m at which the lower sole just touches the ground.
     fn lowest_hip_height(&self, positions: Array<'_>) -> PyResult<f64> {
         let positions = numbers(&positions, "positions")?;
         let state = BodyState::from_coordinates(&positions, &[0.0; 11]);
-        Ok(self.0.lowest_hip_height(&state))
+        Ok(self.body.lowest_hip_height(&state))
     }
 }
 

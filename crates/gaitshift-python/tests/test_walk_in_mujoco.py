@@ -65,6 +65,11 @@ def test_the_script_is_short():
 
 def test_a_latency_delays_the_force_by_its_steps(program):
     text = program("export", "mjcf", "--latency", "20ms", "--weak", "right=0.5").decode()
+    controller = gaitshift.Controller.shipped()
+    own = gaitshift.Body(controller.body)
+    assert own.mjcf(controller.task, actuator_factor=(0.5, 1.0), latency_s=0.02) == text
+    with pytest.raises(ValueError, match="latency_s"):
+        own.mjcf(latency_s=-1.0)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)

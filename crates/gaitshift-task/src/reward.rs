@@ -34,10 +34,6 @@ keyed_numbers! {
         /// `C3` of (6): cap of the difference of the hip angles' rates, in rad/s (in rad with
         /// [`LegTerm::Angles`]).
         c3,
-        /// *Not in the paper.* `ω_E` itself is divided by `1 + k max(ω_v, 0)`; this is `k`. 0 is the paper.
-        /// Above 0, energy is expensive at low commands, which makes the walk slow and pendular, and cheap at
-        /// high ones, where expensive energy keeps the learner from ever trying a flight phase.
-        energy_command_divisor,
         /// *Not in the paper.* Price of the actuators' positive work, the integral in (8), per J and unit of
         /// `max(ω_v, 0)`: a run that covers the same way with less work is worth more. |ΔE| does not see work
         /// that dampers take up at once.
@@ -79,7 +75,6 @@ impl Default for RewardParameters {
             c1: 1.0,
             c2: 1.0,
             c3: 0.5,
-            energy_command_divisor: 0.0,
             omega_w: 0.0,
             energy_cap: 0.0,
             omega_f: 0.0,
@@ -105,8 +100,6 @@ impl RewardParameters {
 
     /// Terms of the step that ended in `state`. The symmetry term and those of one's own are left at zero.
     pub fn terms(&self, state: &BodyState, energies: &StepEnergies, omega_v: f64) -> RewardTerms {
-        let divisor = command_scale(self.energy_command_divisor, omega_v);
-        let omega_e = self.omega_e / divisor;
         let cap = if self.energy_cap > 0.0 {
             self.energy_cap * command_scale(4.0, omega_v)
         } else {
@@ -117,7 +110,7 @@ impl RewardParameters {
         } else {
             state.x_dot
         };
-        let energy = (omega_e * energies.change_j.abs()).min(cap);
+        let energy = (self.omega_e * energies.change_j.abs()).min(cap);
         let omega_f = self.omega_f / command_scale(self.friction_command_divisor, omega_v);
         let friction = omega_f * energies.friction_loss_j;
         let legs_apart = match self.leg_term {

@@ -44,7 +44,7 @@ fn a_phase_has_its_own_weights_some_of_which_move_linearly() {
     c.phases[0].reward = Overrides::from([
         ("omega_e", 0.2),
         ("omega_l", 0.5),
-        ("energy_command_divisor", 10.0),
+        ("friction_command_divisor", 10.0),
     ]);
     c.phases[0].reward_end = Overrides::from([("omega_e", 0.6), ("c3", 1.5)]);
     c.phases[0].redraw_interval_s = Some(2.0);
@@ -56,7 +56,7 @@ fn a_phase_has_its_own_weights_some_of_which_move_linearly() {
     assert_eq!(s.reward.omega_l, 0.5);
     assert_eq!((s.reward.c3, s.reward.omega_s), (0.5, 0.15));
     assert_eq!(c.at(50, &RewardParameters::default()).reward.c3, 1.0);
-    assert_eq!(s.reward.energy_command_divisor, 10.0);
+    assert_eq!(s.reward.friction_command_divisor, 10.0);
     assert_eq!(s.command.redraw_interval_s, 2.0);
     assert_eq!(s.command.redraw_ramp_s, c.command.redraw_ramp_s);
 }

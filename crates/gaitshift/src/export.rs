@@ -8,7 +8,7 @@ use crate::output;
 use gaitshift_analysis::Recording;
 use gaitshift_body::Body;
 use gaitshift_experiment::{Deterministic, judge};
-use gaitshift_export::Actuators;
+use gaitshift_task::Disturbance;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
@@ -24,13 +24,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             // The body of the controller that `export onnx` exports: a policy belongs to the body it was trained on.
             let c = load_controller(which.controller.as_deref())?;
             let (parameters, task) = changed(&c.body, &c.task, changes)?;
-            let d = disturbances.read()?;
-            let actuators = Actuators {
-                factor: d.actuator_factor,
-                latency_s: d.latency_s,
-            };
-            let ground = d.terrain.terrain();
-            let text = gaitshift_export::mjcf(&parameters, &task, ground.as_ref(), &actuators)
+            let text = gaitshift_export::mjcf(&parameters, &task, &disturbances.read()?)
                 .map_err(Failure::input)?;
             put(text.as_bytes(), out.as_deref())
         }
@@ -77,12 +71,7 @@ fn hub(path: Option<&Path>, licence: Option<&str>, out: &Path) -> Result<(), Fai
     let judgement = judge(&body, &controller.task, &criteria, &mut policy).map_err(Failure::run)?;
     let card =
         gaitshift_export::card(&controller, &judgement, FILE, licence).map_err(Failure::input)?;
-    let mjcf = gaitshift_export::mjcf(
-        &controller.body,
-        &controller.task,
-        None,
-        &Actuators::default(),
-    );
+    let mjcf = gaitshift_export::mjcf(&controller.body, &controller.task, &Disturbance::default());
     let files = [
         ("README.md", card.into_bytes()),
         (FILE, controller.to_bytes().map_err(Failure::run)?),

@@ -4,7 +4,7 @@
 mod common;
 use common::Place;
 use gaitshift_experiment::Controller;
-use gaitshift_export::Actuators;
+use gaitshift_task::Disturbance;
 use std::path::Path;
 
 #[test]
@@ -47,12 +47,12 @@ fn the_body_is_that_of_the_policy() {
     let shipped = Controller::shipped().unwrap();
     assert_eq!(
         text,
-        gaitshift_export::mjcf(&shipped.body, &shipped.task, None, &Actuators::default()).unwrap()
+        gaitshift_export::mjcf(&shipped.body, &shipped.task, &Disturbance::default()).unwrap()
     );
     let robust = Controller::read(Path::new("robust")).unwrap();
     assert_eq!(
         place.stdout("export mjcf --controller robust"),
-        gaitshift_export::mjcf(&robust.body, &robust.task, None, &Actuators::default()).unwrap()
+        gaitshift_export::mjcf(&robust.body, &robust.task, &Disturbance::default()).unwrap()
     );
     // What --body and --set leave out is the controller's too.
     place.write("ice.toml", "friction = 0.125\n");

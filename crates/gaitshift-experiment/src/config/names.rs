@@ -11,7 +11,7 @@ pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
 }
 
 /// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
-const GONE: [(&str, &str, &str); 23] = [
+const GONE: [(&str, &str, &str); 24] = [
     (
         "schedule",
         "symmetry",
@@ -26,6 +26,7 @@ const GONE: [(&str, &str, &str); 23] = [
     ("horizon_command_divisor", "", NO_GAIN),
     ("horizon_share_floor", "", NO_GAIN),
     ("alive_command_factor", "", NO_GAIN),
+    ("energy_command_divisor", "", NO_GAIN),
     ("energy_reference_period_s", "", NO_GAIN),
     ("noise_correlation", "", NO_GAIN),
     ("actor_every", "", NO_GAIN),

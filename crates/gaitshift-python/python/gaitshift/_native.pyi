@@ -44,10 +44,18 @@ class Body:
     @property
     def parameters(self) -> dict[str, Any]:
         """All parameters."""
-    def mjcf(self, task: dict[str, Any] | None = None) -> str:
+    def mjcf(
+        self,
+        task: Mapping[str, Any] | None = None,
+        *,
+        actuator_factor: Sequence[float] = (1.0, 1.0),
+        latency_s: float = 0.0,
+    ) -> str:
         """The body as MJCF, the model format of MuJoCo; `qpos` and `qvel` are positions and velocities. `task` holds
         parameters that differ from the default task, whose default start and control period the file has as the keyframe
         `start` and the numeric `control_period_s`. The body of a controller: `Body(controller.body).mjcf(controller.task)`.
+        `actuator_factor` is the share of its force that the right and the left actuator still have, `latency_s` the delay
+        from command to force, in s. ValueError for an unknown key or a value out of range.
         """
     def accelerations(self, positions: _Floats, velocities: _Floats, actuator_n: _Floats) -> _Floats:
         """Accelerations of the 11 coordinates (m/s², rad/s²) under the actuators' forces, shape (2,), in N."""
