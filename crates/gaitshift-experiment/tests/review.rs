@@ -115,7 +115,7 @@ fn differences_are_those_from_the_base() {
     let text = "base = \"fast\"\n[curriculum.phases.\"II, settling\"]\nsteps = 7\n";
     assert_eq!(
         self::review(text).differences,
-        ["`curriculum.phases.II, settling.steps` from 2000000 to 7"]
+        ["`curriculum.phases.II, settling.steps` from 1000000 to 7"]
     );
     let changed = Experiment::recipe("fast").unwrap();
     let changed = changed.with_values(&["seed=3".to_owned()]).unwrap();
