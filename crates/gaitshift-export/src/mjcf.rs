@@ -104,7 +104,8 @@ fn delay(latency_s: f64, step_s: f64) -> String {
 }
 
 /// The body as the text of an MJCF file, SI units and radians. The task gives the keyframe `start`, its default
-/// start, and the number `control_period_s`, for which a policy's action is held.
+/// start, and the number `control_period_s`, for which a policy's action is held. Of the disturbance it has the ground and what the
+/// actuators are; noise and pushes cannot be said in MJCF.
 ///
 /// # Errors
 /// Parameters that are not valid ([`BodyParameters::validate`]).
@@ -117,11 +118,7 @@ pub fn mjcf(
     disturbance: &Disturbance,
 ) -> Result<String, ParameterError> {
     let p = parameters;
-    let mut body = Body::new(p.clone())?;
-    let terrain = disturbance.terrain.terrain();
-    if let Some(terrain) = &terrain {
-        body = body.on(terrain.clone());
-    }
+    let body = disturbance.place(Body::new(p.clone())?);
     let start = Environment::default_start(&body, task);
     let contact = NominalContact::new(p);
     // f R = -(b v + k d r) - a with R = (1 - d) A / d; MuJoCo divides what solref gives by d and d².
@@ -244,7 +241,7 @@ pub fn mjcf(
   </keyframe>
 </mujoco>
 "#,
-        ground = ground(terrain.as_ref()),
+        ground = ground(body.terrain()),
         period = task.control_period_s,
         qpos = numbers(&start.positions()),
         qvel = numbers(&start.velocities()),
