@@ -117,14 +117,11 @@ def record(case, settings):
         actions = torch.rand(ROWS, ACTIONS) * 2 - 1
         rewards = torch.randn(ROWS)
         discounts = torch.where(torch.rand(ROWS) < 0.2, 0.0, 0.99)
-        scales = 0.2 + 0.8 * torch.rand(ROWS)
-        next_scales = 0.2 + 0.8 * torch.rand(ROWS)
         noise_next = torch.randn(ROWS, ACTIONS)
         noise = torch.randn(ROWS, ACTIONS)
         for name, value in dict(
             observations=observations, next_observations=next_observations, actions=actions, rewards=rewards,
-            discounts=discounts, entropy_scales=scales, next_entropy_scales=next_scales,
-            noise_next=noise_next, noise_current=noise,
+            discounts=discounts, noise_next=noise_next, noise_current=noise,
         ).items():
             keep(f"{at}.{name}", value)
         alpha = log_alpha.detach().exp()
@@ -133,7 +130,7 @@ def record(case, settings):
             next_actions, next_log_probs = sample(actor, next_observations, noise_next)
             next_input = torch.cat([next_observations, next_actions], -1)
             value = torch.min(targets[0](next_input), targets[1](next_input)).squeeze(-1)
-            y = rewards + discounts * (value - alpha * next_scales * next_log_probs)
+            y = rewards + discounts * (value - alpha * next_log_probs)
         inputs = torch.cat([observations, actions], -1)
         losses = [0.5 * functional.mse_loss(critic(inputs).squeeze(-1), y) for critic in critics]
         critic_adam.zero_grad()
@@ -148,7 +145,7 @@ def record(case, settings):
         new_actions, log_probs = sample(actor, observations, noise)
         new_input = torch.cat([observations, new_actions], -1)
         smaller = torch.min(critics[0](new_input), critics[1](new_input)).squeeze(-1)
-        actor_loss = (alpha * scales * log_probs - smaller).mean()
+        actor_loss = (alpha * log_probs - smaller).mean()
         actor_adam.zero_grad()
         actor_loss.backward()
         keep_gradient(f"{at}.gradient.actor", actor)

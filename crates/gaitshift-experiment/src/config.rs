@@ -50,8 +50,6 @@ pub struct TrainingParameters {
     pub learning_starts: u64,
     /// How mirror symmetry enters.
     pub symmetry: Symmetry,
-    /// See [`LearnerSettings::entropy_command_divisor`].
-    pub entropy_command_divisor: f64,
     /// A controller to begin with instead of a random one, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub warm_start: Option<WarmStart>,
@@ -76,7 +74,6 @@ impl Default for TrainingParameters {
             steps_per_update: 1,
             learning_starts: 10_000,
             symmetry: Symmetry::Reward,
-            entropy_command_divisor: 0.0,
             warm_start: None,
             rehearsal: RehearsalParameters::default(),
             metrics_interval_steps: 20_000,
@@ -145,7 +142,7 @@ impl Default for Experiment {
 impl Experiment {
     /// The learner's settings where no phase says otherwise. An entropy that is learned has no fixed α; it counts as 0.
     pub fn own_learner_settings(&self) -> LearnerSettings {
-        let (l, t) = (&self.learner, &self.training);
+        let l = &self.learner;
         LearnerSettings {
             learning_rate: l.learning_rate,
             alpha: match l.temperature {
@@ -154,7 +151,6 @@ impl Experiment {
             },
             horizon: 1.0 / (1.0 - l.gamma),
             rehearsal: 0.0,
-            entropy_command_divisor: t.entropy_command_divisor,
         }
     }
 

@@ -261,7 +261,7 @@ impl Training {
             self.apply(&learner)?;
             self.begin_rehearsal_if_due(&learner, &settings, observer)?;
 
-            self.collect(&settings, &learner, &mut logs.episodes)?;
+            self.collect(&settings, &mut logs.episodes)?;
             self.learn()?;
 
             let t = &self.experiment.training;

@@ -170,14 +170,6 @@ fn mistakes_are_reported_with_file_and_key() {
         ("base = \"quick\"", vec!["quick", "fast"]),
         ("[learner]\ngamma = 1.5", vec!["mine.toml", "gamma"]),
         (
-            "[training]\nentropy_command_divisor = -1.0",
-            vec![
-                "mine.toml",
-                "training.entropy_command_divisor",
-                "0 or greater",
-            ],
-        ),
-        (
             "[training.rehearsal]\nrows = 0",
             vec!["training.rehearsal.rows"],
         ),
@@ -477,7 +469,7 @@ fn single_values_can_be_set() {
     );
     assert_eq!(fast.with_values(&[]).unwrap(), fast);
     // A name with spaces or dots may stand in quotes, as it must in a file.
-    let steps = ["II, settling", "\"II, settling\"", "'II, settling'"].map(|name| {
+    let steps = ["I, settling", "\"I, settling\"", "'I, settling'"].map(|name| {
         let value = format!("curriculum.phases.{name}.steps=32000");
         fast.with_values(&[value]).unwrap().curriculum.total_steps()
     });
@@ -555,7 +547,7 @@ fn slips_in_what_is_changed_by_name_have_their_line() {
             ["line 3", "did you mean `share`?"],
         ),
         (
-            "base = \"fast\"\n[curriculum.phases.\"II, settling\"]\nsteps = \"many\"",
+            "base = \"fast\"\n[curriculum.phases.\"I, settling\"]\nsteps = \"many\"",
             ["line 3", "expected u64"],
         ),
         (

@@ -209,14 +209,12 @@ impl Sac {
                 *log_prob = self.log_probs[row];
             }
         }
-        let ones = vec![1.0; environments];
         self.replay
             .push(Transitions {
                 observations: &observations,
                 actions: &actions,
                 log_probs: &log_probs,
                 rewards: &rewards,
-                entropy_scales: &ones,
                 next_observations: &next_observations,
                 terminated: &terminated,
                 truncated: &truncated,

@@ -106,7 +106,6 @@ fn filled_replay(transitions: usize) -> Result<ReplayBuffer, SacError> {
             actions: &numbers(ENVIRONMENTS * ACTIONS, step, 0.9),
             log_probs: &[-1.0; ENVIRONMENTS],
             rewards: &numbers(ENVIRONMENTS, step, 0.5),
-            entropy_scales: &[1.0; ENVIRONMENTS],
             next_observations: &numbers(ENVIRONMENTS * OBSERVATIONS, step + 1, 1.0),
             terminated: &terminated,
             truncated: &[false; ENVIRONMENTS],

@@ -35,7 +35,7 @@ pub struct UpdateStats {
     pub critic_loss: [f64; 2],
     /// Mean of both critics over the batch.
     pub mean_q: f64,
-    /// mean (α c ln π − min Q), of the last update in which the actor learned, as all below.
+    /// mean (α ln π − min Q), of the last update in which the actor learned, as all below.
     pub actor_loss: f64,
     /// mean |μ(s) − a|² over the rehearsed pairs, unweighted; 0 when none are rehearsed.
     #[serde(default)]

@@ -5,11 +5,10 @@
 //! follow by Polyak averaging, a tanh-squashed Gaussian policy, Adam, a replay buffer, a fixed temperature α or a
 //! learned one. One update, in this order:
 //!
-//! 1. targets y = R + Γ \[min(Q₁', Q₂')(s', a') − α c ln π(a'|s')\] with a' drawn anew; R is the sum of up to n
-//!    rewards, Γ = γⁿ, or 0 after termination (a time limit is truncation and bootstraps); c is a factor that the task
-//!    may give each transition, so that reward and entropy can be scaled together;
+//! 1. targets y = R + Γ \[min(Q₁', Q₂')(s', a') − α ln π(a'|s')\] with a' drawn anew; R is the sum of up to n
+//!    rewards, Γ = γⁿ, or 0 after termination (a time limit is truncation and bootstraps);
 //! 2. critics: one Adam step down mean (Q − y)² / 2 each; their targets follow by the share τ;
-//! 3. actor: one Adam step down mean(α c ln π(a|s) − min(Q₁, Q₂)(s, a)), a reparameterised;
+//! 3. actor: one Adam step down mean(α ln π(a|s) − min(Q₁, Q₂)(s, a)), a reparameterised;
 //! 4. temperature, where learned: one Adam step down −ln α mean(ln π + target entropy).
 //!
 //! Where to look: [`Agent`] acts, learns, is saved and resumed; [`ReplayBuffer`] keeps experience; [`Policy`] is the
@@ -33,7 +32,6 @@
 //!         actions: &action,
 //!         log_probs: &log_prob,
 //!         rewards: &[-(action[0] - observation[0]).powi(2)],
-//!         entropy_scales: &[1.0],
 //!         next_observations: &[(step as f32 + 1.0).sin()],
 //!         terminated: &[false],
 //!         truncated: &[step % 20 == 19],

@@ -152,7 +152,7 @@ impl<T: Scalar> Scratch<T> {
         }
     }
 
-    /// Targets y = R + Γ (min Q'(s', a') − α c' ln π(a'|s')).
+    /// Targets y = R + Γ (min Q'(s', a') − α ln π(a'|s')).
     pub fn target_pass(
         &mut self,
         actor: &Mlp<T>,
@@ -186,7 +186,7 @@ impl<T: Scalar> Scratch<T> {
         }
         for row in 0..rows {
             let value = smaller(self.critics[0].out[row], self.critics[1].out[row])
-                - alpha * batch.next_entropy_scales[row] * self.log_probs[row];
+                - alpha * self.log_probs[row];
             // A terminated row must not see a value that is not finite either.
             let discount = batch.discounts[row];
             let future = if discount == T::ZERO {
@@ -241,7 +241,7 @@ impl<T: Scalar> Scratch<T> {
         result.sums = sums;
     }
 
-    /// Loss α c ln π(a|s) − min Q(s, a) with a drawn anew, and the derivative in the
+    /// Loss α ln π(a|s) − min Q(s, a) with a drawn anew, and the derivative in the
     /// actor's outputs.
     #[allow(clippy::too_many_arguments)]
     pub fn actor_loss(
@@ -290,9 +290,8 @@ impl<T: Scalar> Scratch<T> {
             let (q_1, q_2) = (self.critics[0].out[row], self.critics[1].out[row]);
             // Only the smaller critic passes a derivative on.
             self.selected[usize::from(q_2 < q_1)].push(row);
-            let weight = alpha * batch.entropy_scales[row];
-            self.d_log_prob[row] = weight * per_row;
-            sums.actor_loss += (weight * self.log_probs[row] - smaller(q_1, q_2)).to_f64();
+            self.d_log_prob[row] = alpha * per_row;
+            sums.actor_loss += (alpha * self.log_probs[row] - smaller(q_1, q_2)).to_f64();
             sums.log_prob += self.log_probs[row].to_f64();
         }
         for (index, critic) in critics.iter().enumerate() {

@@ -15,10 +15,9 @@ use crate::mirror::{Mirror, reflect};
 use crate::random::below;
 
 /// Numbers of a transition besides observations and action.
-const EXTRAS: usize = 3;
+const EXTRAS: usize = 2;
 const LOG_PROB: usize = 0;
 const REWARD: usize = 1;
-const ENTROPY_SCALE: usize = 2;
 
 /// Flags of a slot.
 const TERMINATED: u8 = 1;
@@ -36,9 +35,6 @@ pub struct Transitions<'a> {
     pub log_probs: &'a [f32],
     /// Rewards.
     pub rewards: &'a [f32],
-    /// Factor on α for each transition; a task that scales its reward for one command scales the entropy
-    /// alike. 1 otherwise.
-    pub entropy_scales: &'a [f32],
     /// Environments × observation size: where the action led, before any reset.
     pub next_observations: &'a [f32],
     /// The task ended: nothing follows.
@@ -70,14 +66,10 @@ pub struct Batch<T> {
     pub observations: Vec<T>,
     /// Rows × action size.
     pub actions: Vec<T>,
-    /// Reward sums R = Σ γ^k r_k − α Σ_{k≥1} γ^k c_k ln π_k.
+    /// Reward sums R = Σ γ^k r_k − α Σ_{k≥1} γ^k ln π_k.
     pub rewards: Vec<T>,
     /// Factor on the value of the next observation: γ^steps, or 0 after termination.
     pub discounts: Vec<T>,
-    /// Factor on α of the first step, for the actor's loss.
-    pub entropy_scales: Vec<T>,
-    /// Factor on α of the last step of the window, for the value bootstrapped from.
-    pub next_entropy_scales: Vec<T>,
     /// Rows × observation size: where the window ended.
     pub next_observations: Vec<T>,
 }
@@ -91,8 +83,6 @@ impl<T: Scalar> Batch<T> {
             actions: vec![T::ZERO; rows * action_size],
             rewards: column(),
             discounts: column(),
-            entropy_scales: column(),
-            next_entropy_scales: column(),
             next_observations: vec![T::ZERO; rows * observation_size],
         }
     }
@@ -112,8 +102,6 @@ impl<T: Scalar> Batch<T> {
         copy(&from.actions, &mut self.actions);
         copy(&from.rewards, &mut self.rewards);
         copy(&from.discounts, &mut self.discounts);
-        copy(&from.entropy_scales, &mut self.entropy_scales);
-        copy(&from.next_entropy_scales, &mut self.next_entropy_scales);
         copy(&from.next_observations, &mut self.next_observations);
     }
 }
@@ -250,7 +238,7 @@ impl ReplayBuffer {
     }
 
     /// Name, offset in a slot and size of each part of a transition.
-    pub(crate) fn columns(&self) -> [(&'static str, usize, usize); 6] {
+    pub(crate) fn columns(&self) -> [(&'static str, usize, usize); 5] {
         let (observation, action) = (self.observation_size, self.action_size);
         let extras = self.width() - EXTRAS;
         [
@@ -259,7 +247,6 @@ impl ReplayBuffer {
             ("next_observations", observation + action, observation),
             ("log_probs", extras + LOG_PROB, 1),
             ("rewards", extras + REWARD, 1),
-            ("entropy_scales", extras + ENTROPY_SCALE, 1),
         ]
     }
 
@@ -290,7 +277,6 @@ impl ReplayBuffer {
             ("actions", step.actions, action_size),
             ("log_probs", step.log_probs, 1),
             ("rewards", step.rewards, 1),
-            ("entropy_scales", step.entropy_scales, 1),
             (
                 "next_observations",
                 step.next_observations,
@@ -340,7 +326,6 @@ impl ReplayBuffer {
             next_observation.copy_from_slice(&step.next_observations[row(observation_size)]);
             extras[LOG_PROB] = step.log_probs[environment];
             extras[REWARD] = step.rewards[environment];
-            extras[ENTROPY_SCALE] = step.entropy_scales[environment];
             self.flags[slot] = TERMINATED * u8::from(step.terminated[environment])
                 + TRUNCATED * u8::from(step.truncated[environment])
                 + INVALID * u8::from(!step.valid[environment]);
@@ -460,7 +445,6 @@ impl ReplayBuffer {
             &first[observation_size..][..action_size],
             actions,
         );
-        batch.entropy_scales[row] = first[self.width() - EXTRAS + ENTROPY_SCALE];
 
         let newest = (self.head + self.rows - 1) % self.rows;
         let mut slot = slot;
@@ -472,8 +456,7 @@ impl ReplayBuffer {
             let extras = &transition[self.width() - EXTRAS..];
             let mut reward = f64::from(extras[REWARD]);
             if steps > 0 {
-                reward -=
-                    sampling.alpha * f64::from(extras[ENTROPY_SCALE]) * f64::from(extras[LOG_PROB]);
+                reward -= sampling.alpha * f64::from(extras[LOG_PROB]);
             }
             sum += discount * reward;
             discount *= sampling.gamma;
@@ -490,7 +473,6 @@ impl ReplayBuffer {
         };
         batch.rewards[row] = sum as f32;
         batch.discounts[row] = if terminated { 0.0 } else { discount as f32 };
-        batch.next_entropy_scales[row] = last[self.width() - EXTRAS + ENTROPY_SCALE];
         let next_observations =
             &mut batch.next_observations[row * observation_size..][..observation_size];
         copy(

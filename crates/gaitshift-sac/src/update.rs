@@ -67,7 +67,7 @@ impl<T: Scalar> Learner<T> {
         Ok(self.stats)
     }
 
-    /// Batch, targets y = R + Γ (min Q'(s', a') − α c' ln π(a'|s')), and the gradient of mean (Q − y)² / 2 of each critic, chunk
+    /// Batch, targets y = R + Γ (min Q'(s', a') − α ln π(a'|s')), and the gradient of mean (Q − y)² / 2 of each critic, chunk
     /// by chunk; a critic begins with a chunk as soon as its targets are known.
     fn critic_losses(&mut self, fill: &Fill<'_, T>, noise: &[T]) {
         let (rows, action_size) = (self.config.batch_size, self.action_size);
@@ -126,7 +126,7 @@ impl<T: Scalar> Learner<T> {
             .for_each(&mut self.critics, |_, critic| critic.refresh());
     }
 
-    /// The gradient of mean(α c ln π(a|s) − min Q(s, a)) with a drawn anew, and of the rehearsal loss, chunk by chunk; the batch is that of the critics.
+    /// The gradient of mean(α ln π(a|s) − min Q(s, a)) with a drawn anew, and of the rehearsal loss, chunk by chunk; the batch is that of the critics.
     fn actor_losses(&mut self, noise: &[T]) {
         if take(&mut self.actor_stale) {
             self.actor.refresh();
@@ -284,13 +284,7 @@ impl<T: Scalar> Learner<T> {
             batch.actions.len(),
             rows * self.action_size,
         )?;
-        length("batch.discounts", batch.discounts.len(), rows)?;
-        length("batch.entropy_scales", batch.entropy_scales.len(), rows)?;
-        length(
-            "batch.next_entropy_scales",
-            batch.next_entropy_scales.len(),
-            rows,
-        )
+        length("batch.discounts", batch.discounts.len(), rows)
     }
 
     pub(crate) fn check_finite(&self) -> Result<(), SacError> {

@@ -113,7 +113,6 @@ impl Task {
                 actions: &actions,
                 log_probs: &log_probs,
                 rewards: &rewards,
-                entropy_scales: &[1.0, 0.5, 0.25, 1.0],
                 next_observations: &next,
                 terminated: &at(11),
                 truncated: &at(17),

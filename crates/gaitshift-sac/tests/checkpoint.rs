@@ -35,7 +35,6 @@ fn files() -> Files {
                 actions: &[0.0; 2],
                 log_probs: &[0.0; 2],
                 rewards: &[0.0; 2],
-                entropy_scales: &[1.0; 2],
                 next_observations: &[0.0; 4],
                 terminated: &[false; 2],
                 truncated: &[false; 2],

@@ -51,8 +51,6 @@ fn case(change: impl FnOnce(&mut SacConfig)) -> Case {
         actions: numbers(ROWS * ACTIONS, 1.0),
         rewards: numbers(ROWS, 2.0),
         discounts: vec![0.99; ROWS],
-        entropy_scales: numbers(ROWS, 0.4).iter().map(|scale| scale + 0.6).collect(),
-        next_entropy_scales: numbers(ROWS, 0.4).iter().map(|scale| scale + 0.6).collect(),
         next_observations: numbers(ROWS * OBSERVATIONS, 1.5),
     };
     batch.discounts[3] = 0.0;

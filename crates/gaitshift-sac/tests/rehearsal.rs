@@ -32,7 +32,6 @@ fn learn(weight: f64, rehearsal: Option<Rehearsal>, mirror: Option<Mirror>) -> [
                 actions: &actions,
                 log_probs: &log_probs,
                 rewards: &actions.map(|a| -(a - 0.5) * (a - 0.5)),
-                entropy_scales: &[1.0; 2],
                 next_observations: &contexts,
                 terminated: &[true; 2],
                 truncated: &[false; 2],

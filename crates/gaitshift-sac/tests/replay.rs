@@ -18,7 +18,6 @@ struct Step {
     valid: bool,
     reward: f32,
     log_prob: f32,
-    scale: f32,
 }
 
 const GAMMA: f64 = 0.9;
@@ -58,7 +57,6 @@ fn filled(capacity: usize, steps: &[Vec<Step>]) -> ReplayBuffer {
                 actions: &spoil(actions, 1),
                 log_probs: &spoil(numbers(|step| step.log_prob), 1),
                 rewards: &spoil(numbers(|step| step.reward), 1),
-                entropy_scales: &spoil(numbers(|step| step.scale), 1),
                 next_observations: &spoil(next, 2),
                 terminated: &flags(|step| step.terminated),
                 truncated: &flags(|step| step.truncated),
@@ -69,20 +67,20 @@ fn filled(capacity: usize, steps: &[Vec<Step>]) -> ReplayBuffer {
     buffer
 }
 
-/// Reward sum, discount, last time and scale of the window that starts at `time`, by the definition.
+/// Reward sum, discount and last time of the window that starts at `time`, by the definition.
 fn window(
     steps: &[Vec<Step>],
     environment: usize,
     time: usize,
     n_step: usize,
-) -> (f64, f64, usize, f32) {
+) -> (f64, f64, usize) {
     let mut sum = 0.0;
     let mut discount = 1.0;
     for k in 0.. {
         let step = steps[time + k][environment];
         let gain = f64::from(step.reward)
             - if k > 0 {
-                ALPHA * f64::from(step.scale) * f64::from(step.log_prob)
+                ALPHA * f64::from(step.log_prob)
             } else {
                 0.0
             };
@@ -92,7 +90,7 @@ fn window(
         let goes_on = follower.is_some_and(|step| step.valid);
         if step.terminated || step.truncated || k + 1 == n_step || !goes_on {
             let discount = if step.terminated { 0.0 } else { discount };
-            return (sum, discount, time + k, step.scale);
+            return (sum, discount, time + k);
         }
     }
     unreachable!()
@@ -100,24 +98,15 @@ fn window(
 
 fn step() -> impl Strategy<Value = Step> {
     let flag = |one_in: u32| (0..one_in).prop_map(|number| number == 0);
-    (
-        flag(6),
-        flag(6),
-        flag(7),
-        -2.0f32..2.0,
-        -3.0f32..1.0,
-        0.1f32..1.0,
+    (flag(6), flag(6), flag(7), -2.0f32..2.0, -3.0f32..1.0).prop_map(
+        |(terminated, truncated, invalid, reward, log_prob)| Step {
+            terminated,
+            truncated,
+            valid: !invalid,
+            reward,
+            log_prob,
+        },
     )
-        .prop_map(
-            |(terminated, truncated, invalid, reward, log_prob, scale)| Step {
-                terminated,
-                truncated,
-                valid: !invalid,
-                reward,
-                log_prob,
-                scale,
-            },
-        )
 }
 
 proptest! {
@@ -155,12 +144,10 @@ proptest! {
             let [time, environment] = [batch.observations[2 * row] as usize, batch.observations[2 * row + 1] as usize];
             prop_assert!(time >= oldest && steps[time][environment].valid);
             prop_assert_eq!(batch.actions[row], (time * 10 + environment) as f32);
-            prop_assert_eq!(batch.entropy_scales[row], steps[time][environment].scale);
-            let (sum, discount, last, scale) = window(&steps, environment, time, n_step);
+            let (sum, discount, last) = window(&steps, environment, time, n_step);
             prop_assert!((f64::from(batch.rewards[row]) - sum).abs() < 1e-5);
             prop_assert!((f64::from(batch.discounts[row]) - discount).abs() < 1e-7);
             prop_assert_eq!(&batch.next_observations[2 * row..2 * row + 2], &observation(last + 1, environment));
-            prop_assert_eq!(batch.next_entropy_scales[row], scale);
         }
     }
 }
@@ -172,7 +159,6 @@ fn plain(reward: f32) -> Step {
         valid: true,
         reward,
         log_prob: 0.0,
-        scale: 1.0,
     }
 }
 
@@ -302,7 +288,6 @@ fn bad_steps_are_refused_and_leave_no_trace() {
         actions: &[0.0, 1.0],
         log_probs: &[0.0, 1.0],
         rewards: &[0.0, 1.0],
-        entropy_scales: &[1.0, 1.0],
         next_observations: &[0.0, 1.0],
         terminated: &[false, true],
         truncated: &[false, false],

@@ -36,8 +36,6 @@ fn trained(hidden: &[usize], layer_norm: bool) -> Vec<NamedTensor<f32>> {
             actions: numbers(ROWS * ACTIONS),
             rewards: numbers(ROWS),
             discounts: vec![0.9; ROWS],
-            entropy_scales: vec![1.0; ROWS],
-            next_entropy_scales: vec![1.0; ROWS],
             next_observations: numbers(ROWS * OBSERVATIONS),
         };
         let (next, current) = (numbers(ROWS * ACTIONS), numbers(ROWS * ACTIONS));

@@ -2,7 +2,6 @@
 //! meaning.
 
 use crate::overrides::keyed_numbers;
-use crate::reward::command_scale;
 
 keyed_numbers! {
     /// Settings of the learner that a phase can replace or move.
@@ -16,10 +15,6 @@ keyed_numbers! {
         horizon,
         /// Weight w of the rehearsal loss w · mean |μ(s) − a|²; 0: none.
         rehearsal,
-        /// *Open.* The entropy bonus is divided by `1 + k max(ω_v, 0)`; this is `k`. Equal to the reward's
-        /// `command_divisor` it keeps each command's optimum; smaller, it asks for more exploration at high commands. 0 is
-        /// the conference paper, and the journal version as far as it says.
-        entropy_command_divisor,
     }
 }
 
@@ -31,10 +26,5 @@ impl LearnerSettings {
             "horizon" => (value >= 1.0, "1 control period or greater"),
             _ => (value >= 0.0, "0 or greater"),
         }
-    }
-
-    /// The factor of the entropy bonus at a command.
-    pub fn entropy_factor(&self, omega_v: f64) -> f64 {
-        1.0 / command_scale(self.entropy_command_divisor, omega_v)
     }
 }

@@ -68,7 +68,6 @@ fn a_phase_has_its_own_learner_whose_settings_move_linearly() {
         alpha: 0.2,
         horizon: 100.0,
         rehearsal: 0.0,
-        entropy_command_divisor: 0.0,
     };
     let mut c = widening();
     c.phases.push(c.phases[0].clone());

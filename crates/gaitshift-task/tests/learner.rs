@@ -1,4 +1,4 @@
-//! Contract: the entropy bonus falls with the command as it is told to; a learner's setting out of range is named.
+//! Contract: a learner's setting out of range is named.
 
 use gaitshift_task::{Keyed, LearnerSettings};
 
@@ -7,19 +7,7 @@ const OWN: LearnerSettings = LearnerSettings {
     alpha: 0.2,
     horizon: 100.0,
     rehearsal: 0.0,
-    entropy_command_divisor: 0.0,
 };
-
-#[test]
-fn the_entropy_bonus_follows_the_command() {
-    assert_eq!(OWN.entropy_factor(2.0), 1.0);
-    let divided = LearnerSettings {
-        entropy_command_divisor: 2.0,
-        ..OWN
-    };
-    assert_eq!(divided.entropy_factor(2.0), 0.2);
-    assert_eq!(divided.entropy_factor(-0.5), 1.0);
-}
 
 #[test]
 fn values_out_of_range_are_named() {

@@ -42,15 +42,6 @@ impl Experiment {
                     .to_owned(),
             ));
         }
-        LearnerSettings::check(
-            "training.entropy_command_divisor",
-            "entropy_command_divisor",
-            t.entropy_command_divisor,
-        )
-        .map_err(|source| ConfigError::Task {
-            origin: origin(),
-            source,
-        })?;
         let learned = matches!(self.learner.temperature, Temperature::Auto { .. });
         let sets_alpha = |phase: &Phase| {
             let tables = [&phase.learner, &phase.learner_end];

@@ -20,7 +20,7 @@ const GONE: [(&str, &str, &str); 24] = [
     ),
     ("after_steps", "states", REHEARSAL_OF_PHASES),
     ("weight", "states", REHEARSAL_OF_PHASES),
-    ("entropy_command_divisor", "omega_e", ENTROPY_OF_TRAINING),
+    ("entropy_command_divisor", "", ENTROPY_OF_PHASES),
     ("entropy_share_at_zero", "", NO_GAIN),
     ("average_evaluations", "", NO_GAIN),
     ("horizon_command_divisor", "", NO_GAIN),
@@ -56,8 +56,7 @@ const NO_GAIN: &str = "it showed no benefit and no longer exists; remove it";
 const REHEARSAL_OF_PHASES: &str =
     "the weight is now set in the phases that rehearse: `learner = { rehearsal = 10 }`";
 
-const ENTROPY_OF_TRAINING: &str =
-    "it is now a key of `[training]`, and of a phase's `learner` and `learner_end`";
+const ENTROPY_OF_PHASES: &str = "it no longer exists; for less noise at high commands give a phase a smaller α: `learner = { alpha = 0.05 }`";
 
 /// The first keys of an experiment, by which the list of them is known.
 const TABLES_OF_AN_EXPERIMENT: [&str; 4] = ["base", "name", "seed", "body"];

@@ -6,8 +6,8 @@ use crate::config::Symmetry;
 use crate::run_folder::{TextLog, TrainingError};
 use gaitshift_sac::{Transitions, reflect};
 use gaitshift_task::{
-    ACTION_SIZE, EndReason, FinishedEpisode, LearnerSettings, OBSERVATION_SIZE, PhaseSettings,
-    StepOutcome, scale_observation,
+    ACTION_SIZE, EndReason, FinishedEpisode, OBSERVATION_SIZE, PhaseSettings, StepOutcome,
+    scale_observation,
 };
 use std::time::Instant;
 
@@ -23,7 +23,6 @@ pub struct Buffers {
     mirrored_means: Vec<f32>,
     log_probs: Vec<f32>,
     rewards: Vec<f32>,
-    entropy_scales: Vec<f32>,
     symmetry: Vec<f64>,
     /// ω_v under which the step is taken.
     commands: Vec<f64>,
@@ -46,7 +45,6 @@ impl Buffers {
             actions,
             log_probs: vec![0.0; count],
             rewards: vec![0.0; count],
-            entropy_scales: vec![0.0; count],
             symmetry: vec![0.0; count],
             commands: vec![0.0; count],
             outcomes: vec![None; count],
@@ -62,7 +60,6 @@ impl Training {
     pub(super) fn collect(
         &mut self,
         settings: &PhaseSettings,
-        learner: &LearnerSettings,
         episodes: &mut TextLog,
     ) -> Result<(), TrainingError> {
         let mut from = Instant::now();
@@ -124,7 +121,6 @@ impl Training {
             let diverged = outcome.ended.is_some_and(EndReason::is_failure);
             b.valid[i] = !diverged;
             b.rewards[i] = (outcome.terms.sum() * outcome.factor) as f32;
-            b.entropy_scales[i] = learner.entropy_factor(held) as f32;
             b.terminated[i] = outcome.ended.is_some_and(EndReason::is_termination);
             // A command that changes within the episode cuts the transition off, and its value goes on
             // under the old command: what is learned for a command is what it is worth when held, as in
@@ -157,7 +153,6 @@ impl Training {
             actions: &b.actions,
             log_probs: &b.log_probs,
             rewards: &b.rewards,
-            entropy_scales: &b.entropy_scales,
             next_observations: &b.next_observations,
             terminated: &b.terminated,
             truncated: &b.truncated,

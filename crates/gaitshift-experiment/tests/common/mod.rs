@@ -33,7 +33,7 @@ name = "two"
 steps = 2500
 omega_v = [-0.5, 3.5]
 learner = { learning_rate = 1e-3, horizon = 100.0 }
-learner_end = { learning_rate = 1e-4, alpha = 0.05, horizon = 60.0, entropy_command_divisor = 2.0 }
+learner_end = { learning_rate = 1e-4, alpha = 0.05, horizon = 60.0 }
 [curriculum.phases.randomization]
 share = 0.8
 latency_s = [0.0, 0.015]

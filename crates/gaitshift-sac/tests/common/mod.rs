@@ -119,8 +119,6 @@ pub fn replay<T: Scalar>(case: &str, tolerance: f64) {
             actions: column("actions"),
             rewards: column("rewards"),
             discounts: column("discounts"),
-            entropy_scales: column("entropy_scales"),
-            next_entropy_scales: column("next_entropy_scales"),
             next_observations: column("next_observations"),
         };
         let (next, current) = (column("noise_next"), column("noise_current"));
