@@ -4,7 +4,7 @@ use super::{ConfigError, Experiment, Symmetry};
 use gaitshift_analysis::GaitClass;
 use gaitshift_body::Body;
 use gaitshift_sac::Temperature;
-use gaitshift_task::{EndReason, Environment, Keyed, LearnerSettings, Phase};
+use gaitshift_task::{EndReason, Environment, Phase};
 
 impl Experiment {
     /// Checks every value.
