@@ -469,7 +469,7 @@ fn single_values_can_be_set() {
     );
     assert_eq!(fast.with_values(&[]).unwrap(), fast);
     // A name with spaces or dots may stand in quotes, as it must in a file.
-    let steps = ["I, settling", "\"I, settling\"", "'I, settling'"].map(|name| {
+    let steps = ["I, stepping", "\"I, stepping\"", "'I, stepping'"].map(|name| {
         let value = format!("curriculum.phases.{name}.steps=32000");
         fast.with_values(&[value]).unwrap().curriculum.total_steps()
     });
@@ -547,7 +547,7 @@ fn slips_in_what_is_changed_by_name_have_their_line() {
             ["line 3", "did you mean `share`?"],
         ),
         (
-            "base = \"fast\"\n[curriculum.phases.\"I, settling\"]\nsteps = \"many\"",
+            "base = \"fast\"\n[curriculum.phases.\"I, stepping\"]\nsteps = \"many\"",
             ["line 3", "expected u64"],
         ),
         (

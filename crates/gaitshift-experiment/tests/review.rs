@@ -110,10 +110,10 @@ fn differences_are_those_from_the_base() {
     assert_eq!(review.differences.len(), 1, "{:?}", review.differences);
     assert!(review.differences[0].contains("1 of 1000000 steps"));
     // Phases that have kept their names are told apart by them.
-    let text = "base = \"fast\"\n[curriculum.phases.\"I, settling\"]\nsteps = 7\n";
+    let text = "base = \"fast\"\n[curriculum.phases.\"I, stepping\"]\nsteps = 7\n";
     assert_eq!(
         self::review(text).differences,
-        ["`curriculum.phases.I, settling.steps` from 1000000 to 7"]
+        ["`curriculum.phases.I, stepping.steps` from 500000 to 7"]
     );
     let changed = Experiment::recipe("fast").unwrap();
     let changed = changed.with_values(&["seed=3".to_owned()]).unwrap();
