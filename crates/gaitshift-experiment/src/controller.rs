@@ -237,7 +237,7 @@ impl Controller {
 }
 
 /// Keys of the reward in controllers of earlier versions: whether one other than 0 would change the reward.
-const GONE: [(&str, bool); 10] = [
+const GONE: [(&str, bool); 9] = [
     ("alive_command_factor", true),
     ("energy_command_divisor", true),
     ("energy_reference_period_s", true),
@@ -248,7 +248,6 @@ const GONE: [(&str, bool); 10] = [
     ("omega_e_floor", true),
     // It scaled reward and entropy bonus alike.
     ("scale", false),
-    ("speed_limit_m_per_s", true),
 ];
 
 /// Takes out what earlier versions wrote of the reward and this one does not know.

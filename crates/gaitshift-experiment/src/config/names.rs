@@ -11,7 +11,7 @@ pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
 }
 
 /// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
-const GONE: [(&str, &str, &str); 25] = [
+const GONE: [(&str, &str, &str); 24] = [
     (
         "schedule",
         "symmetry",
@@ -34,7 +34,6 @@ const GONE: [(&str, &str, &str); 25] = [
     ("focus_share", "", NO_GAIN),
     ("omega_e_floor", "", NO_GAIN),
     ("scale", "omega_e", NO_GAIN),
-    ("speed_limit_m_per_s", "", NO_GAIN),
     ("start_speed_m_per_s", "", NO_GAIN),
     ("mirror_loss_weight", "", NO_GAIN),
     ("loss", "replay", NO_GAIN),
