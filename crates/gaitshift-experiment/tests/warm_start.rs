@@ -8,7 +8,7 @@ use std::path::Path;
 
 fn from_shipped(critic_steps: u64) -> Experiment {
     let mut experiment = unevaluated();
-    experiment.learner.actor_hidden = vec![100, 100];
+    experiment.learner.actor_hidden = vec![200, 200];
     experiment.learner.actor_average_decay = 0.0;
     experiment.training.symmetry = Symmetry::None; // with mirrored batches the controller would be a mean, in other tensors
     experiment.training.warm_start = Some(WarmStart {
@@ -66,7 +66,7 @@ fn a_controller_of_other_layers_or_none_is_refused_before_anything_is_written() 
     let error = refused(smaller);
     assert!(
         error.contains("shipped")
-            && error.contains("[100, 100]")
+            && error.contains("[200, 200]")
             && error.contains("learner.actor_hidden"),
         "{error}"
     );

@@ -78,7 +78,7 @@ fn seeds_of_one_experiment_stand_together_on_a_page_that_fetches_nothing() {
     let cells: Vec<&str> = froude.split(',').collect();
     let value = cells
         .iter()
-        .position(|cell| cell.starts_with("0.17"))
+        .position(|cell| cell.starts_with("0.18"))
         .unwrap();
     assert_eq!(cells[value + 1], cells[value]);
     for folder in ["figures/1-run-1--b-", "figures/3-paper--seed-3"] {

@@ -55,12 +55,12 @@ fn the_walk_is_a_stable_fixed_point() {
         .unwrap()
         .expect("it walks");
     assert!(map.residual < 1e-6, "{map:?}");
-    assert!((1.3..1.6).contains(&map.stride_s), "{map:?}");
+    assert!((1.5..1.8).contains(&map.stride_s), "{map:?}");
     let largest = map.multiplier.unwrap();
     assert!((0.2..1.0).contains(&largest), "{map:?}");
     assert!((largest - map.decay.unwrap()).abs() < 0.05, "{map:?}");
-    // With commands held for 10 ms the search ends without a fixed point of this walk, so there is no multiplier to give.
-    assert_eq!(map.held, None);
+    // With commands held for 10 ms the stride is no whole number of them; the return is slower, but still one.
+    assert!((largest..1.0).contains(&map.held.unwrap()), "{map:?}");
     // Two decades of widths agree, to either side too. A width of 1e-6 is that of rounding, and is there to show it.
     for differences in &map.differences[1..] {
         for from in [
