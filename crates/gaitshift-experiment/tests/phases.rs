@@ -99,7 +99,7 @@ fn the_learner_has_the_settings_of_its_last_step() {
     let s = experiment.learner_at(5996);
     assert!(s.rehearsal > 2.0 && s.rehearsal < 2.1, "{s:?}");
     // What no phase names is the learner's own, to the bit.
-    let own = [0.2, 3e-4, 0.99];
+    let own = [0.1, 3e-4, 0.99];
     assert_eq!(has, [own[0], own[1], own[2], s.rehearsal]);
 }
 
