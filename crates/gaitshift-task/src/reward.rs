@@ -143,6 +143,6 @@ impl RewardParameters {
 }
 
 /// How terms grow or shrink with the command: `1 + k max(ω_v, 0)`.
-pub(crate) fn command_scale(k: f64, omega_v: f64) -> f64 {
+fn command_scale(k: f64, omega_v: f64) -> f64 {
     1.0 + k * omega_v.max(0.0)
 }
