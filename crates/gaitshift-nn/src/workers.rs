@@ -184,7 +184,7 @@ impl Workers {
     /// all are done. Takes `&mut self` so that calls cannot overlap.
     ///
     /// # Panics
-    /// When a task panicked, or there are 2³² tasks or more; as all calls below.
+    /// When a task panicked; as all calls below.
     pub fn run(&mut self, tasks: usize, task: &(dyn Fn(usize) + Sync)) {
         self.run_stages([tasks, 0], &|_, _, number| task(number));
     }
@@ -195,16 +195,15 @@ impl Workers {
     /// still run.
     fn run_stages(&mut self, stages: [usize; STAGES], task: &StagedTask<'_>) {
         let tasks: usize = stages.iter().sum();
-        if self.handles.is_empty() || tasks <= 1 {
+        // Tickets count in 32 bits. More tasks than that are done by one thread.
+        let can_be_counted = u32::try_from(tasks).is_ok();
+        if self.handles.is_empty() || tasks <= 1 || !can_be_counted {
             for (stage, tasks) in stages.into_iter().enumerate() {
                 (0..tasks).for_each(|number| task(0, stage, number));
             }
             return;
         }
-        let tickets = stages.map(|tasks| {
-            let tasks = u32::try_from(tasks).expect("fewer than 2^32 tasks in a stage");
-            ticket_of(0, tasks)
-        });
+        let tickets = stages.map(|tasks| ticket_of(0, tasks as u32));
         let shared = &*self.shared;
         // SAFETY: no claim is outstanding, see `Shared`. The lifetime of `task` is erased; the borrow
         // outlives every use because this function returns only when all tasks are done.

@@ -137,6 +137,17 @@ fn pairs_of_elements_are_worked_on_once() {
     assert_eq!((numbers, squares), ([0, 1, 2, 3, 4], [1, 4, 9, 16, 25]));
 }
 
+/// Tickets count in 32 bits, and a team that was given more tasks panicked before the first of them.
+#[test]
+fn more_tasks_than_tickets_can_count_begin_too() {
+    let outcome = std::panic::catch_unwind(|| {
+        Workers::new(2).run(1 << 32, &|task| panic!("task {task}, so it has begun"));
+    });
+    let message = outcome.expect_err("the task panics");
+    let message = message.downcast_ref::<String>().map(String::as_str);
+    assert_eq!(message, Some("task 0, so it has begun"));
+}
+
 #[test]
 fn a_panic_reaches_the_caller() {
     for threads in [1, 2] {
