@@ -36,9 +36,8 @@ impl<T: Scalar> Kernel<T> for Dense<'_, T> {
                 // leave registers for a row of B and a factor, of sixteen (vectors of 8) or of thirty-two.
                 if lanes == LANES {
                     match vectors {
-                        3 => strip::<T, W, H, 3, 0, 4>(registers, rows, first, product),
                         2 => strip::<T, W, H, 2, 0, 6>(registers, rows, first, product),
-                        _ => strip::<T, W, H, 1, 0, 6>(registers, rows, first, product),
+                        _ => strip::<T, W, H, 1, 0, 12>(registers, rows, first, product),
                     }
                 } else {
                     match (vectors, half) {
@@ -62,12 +61,11 @@ impl<T: Scalar> Kernel<T> for Dense<'_, T> {
 /// arithmetic, unless a single one would be left over, whose tiles load most.
 #[inline(always)]
 fn strip_vectors(left: usize, lanes: usize) -> usize {
-    let most = if lanes == LANES { 3 } else { 4 };
-    if left == most + 1 {
-        most - 1
-    } else {
-        left.min(most)
+    // Three of eight by four rows would fill all sixteen registers, and the compiler then keeps a sum in memory.
+    if lanes == LANES {
+        return left.min(2);
     }
+    if left == 5 { 3 } else { left.min(4) }
 }
 
 /// Some rows in the columns from `first` on, in tiles of `R` rows and what is left over.
