@@ -43,10 +43,11 @@ impl Pattern {
         (self.rows, self.columns)
     }
 
-    /// A word of the marks of a row.
+    /// The words of all rows that mark the same columns, those from `word` * [`WORD`] on.
     #[inline(always)]
-    pub(crate) fn word(&self, row: usize, word: usize) -> u64 {
-        self.words[row * self.width() + word]
+    pub(crate) fn column(&self, word: usize) -> impl Iterator<Item = u64> {
+        let words = &self.words[word..self.rows * self.width()];
+        words.iter().step_by(self.width()).copied()
     }
 
     /// Marks what is not zero in `rows` rows of `x`, `stride` apart and padded to a whole number of vectors.

@@ -36,7 +36,7 @@ pub fn multiply<T: Scalar>(product: Product<'_, T>, pattern: &Pattern) {
         pattern.sizes() == (product.rows, product.shared),
         "the pattern is of another matrix"
     );
-    let dense = product.shared == 0 || pattern.share() > NEARLY_DENSE;
+    let dense = product.shared == 0 || product.columns == 0 || pattern.share() > NEARLY_DENSE;
     if dense || DENSE_ONLY.load(Ordering::Relaxed) {
         dense::multiply(product);
     } else {
@@ -111,12 +111,16 @@ fn strip<T: Scalar, W: Simd<T>, H: Simd<T>, const N: usize, const E: usize>(
         // All rows visit this part of B before the next: it is small enough to stay in the first-level cache.
         let b = &product.b[word * WORD * product.b_stride + first..];
         let a = &a[word * WORD * a_column..];
-        for row in 0..rows {
-            let c = &mut product.c[row * product.c_stride + first..][..width::<T, W>(N, E)];
+        let rows_of_c = product.c.chunks_mut(product.c_stride).take(rows);
+        let mut marks = pattern.column(word);
+        let mut next = marks.next().unwrap_or(0);
+        for (row, c) in rows_of_c.enumerate() {
+            // The next marks are read early: the end of the loop below is hard to predict, and all that follows it waits.
+            let mut left = std::mem::replace(&mut next, marks.next().unwrap_or(0));
+            let c = &mut c[first..][..width::<T, W>(N, E)];
             let mut sums: Columns<W::Vector, H::Vector, N, E> =
                 if word > 0 { registers.load(c) } else { start };
             let a = &a[row * a_row..];
-            let mut left = pattern.word(row, word);
             while left != 0 {
                 let index = left.trailing_zeros() as usize;
                 left &= left - 1;

@@ -8,6 +8,7 @@
 mod products;
 
 use gaitshift_nn::dense::multiply;
+use gaitshift_nn::product::{Epilogue, Left, Product};
 use gaitshift_nn::{Pattern, sparse};
 use products::{Kind, Problem, any_kind};
 use proptest::prelude::*;
@@ -29,6 +30,27 @@ proptest! {
         let found = problem.run(kind, |product| sparse::multiply(product, &problem.pattern()));
         prop_assert_eq!(&found, &problem.run(kind, multiply::<f32>));
         problem.check(kind, &found)?;
+    }
+}
+
+#[test]
+fn a_product_without_rows_or_columns_writes_nothing() {
+    for (rows, shared, columns) in [(0, 3, 8), (3, 5, 0), (0, 5, 0)] {
+        let a = vec![1.0_f32; rows * 8];
+        let mut pattern = Pattern::new(rows, shared);
+        pattern.read(rows, shared, &a, 8);
+        let product = Product {
+            rows,
+            shared,
+            columns,
+            a: Left::Rows(&a, 8),
+            b: &vec![1.0; shared * columns],
+            b_stride: columns,
+            c: &mut [],
+            c_stride: columns,
+            epilogue: Epilogue::None,
+        };
+        sparse::multiply(product, &pattern);
     }
 }
 
