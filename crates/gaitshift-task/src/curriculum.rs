@@ -41,9 +41,6 @@ pub struct Phase {
     /// Settings of the learner that move linearly during the phase, and where to.
     #[serde(default, skip_serializing_if = "Overrides::is_empty")]
     pub learner_end: Overrides<LearnerSettings>,
-    /// Replaces the command's `redraw_interval_s` during the phase.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub redraw_interval_s: Option<f64>,
     /// Episodes on bodies, delays and sensors that differ. Default: all as they are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub randomization: Option<Randomization>,
@@ -172,14 +169,10 @@ impl Curriculum {
                 }
             }
         }
-        let command = &self.command;
         PhaseSettings {
             index,
             omega_v: [mix(0), mix(1)],
-            command: CommandDraw {
-                redraw_interval_s: phase.redraw_interval_s.unwrap_or(command.redraw_interval_s),
-                ..command.clone()
-            },
+            command: self.command.clone(),
             reward,
             randomization: phase.randomization.clone(),
         }
@@ -234,6 +227,12 @@ impl Curriculum {
                 "0 or greater",
             )?;
         }
+        require(
+            c.hold_periods == 0 || c.redraw_interval_s == 0.0,
+            "curriculum.command.hold_periods",
+            c.hold_periods,
+            "0 where `redraw_interval_s` lets commands change within episodes",
+        )?;
         let ordered = |r: [f64; 2]| r[0].is_finite() && r[1].is_finite() && r[0] <= r[1];
         let range = "[low, high] with low <= high";
         for (i, p) in self.phases.iter().enumerate() {
@@ -268,16 +267,6 @@ impl Curriculum {
             }
             p.learner.validate(&key("learner"))?;
             p.learner_end.validate(&key("learner_end"))?;
-            if let Some(v) = p.redraw_interval_s {
-                let key = key("redraw_interval_s");
-                require(v.is_finite() && v >= 0.0, &key, v, "0 or greater")?;
-            }
-            require(
-                c.hold_periods == 0 || p.redraw_interval_s.unwrap_or(c.redraw_interval_s) == 0.0,
-                "curriculum.command.hold_periods",
-                c.hold_periods,
-                "0 where `redraw_interval_s` lets commands change within episodes",
-            )?;
             if let Some(randomization) = &p.randomization {
                 randomization.validate(&key("randomization"), body)?;
             }

@@ -47,7 +47,6 @@ fn a_phase_has_its_own_weights_some_of_which_move_linearly() {
         ("friction_command_divisor", 10.0),
     ]);
     c.phases[0].reward_end = Overrides::from([("omega_e", 0.6), ("c3", 1.5)]);
-    c.phases[0].redraw_interval_s = Some(2.0);
     let at = |step| c.at(step, &RewardParameters::default()).reward.omega_e;
     assert_eq!(at(0), 0.2);
     assert!((at(25) - 0.3).abs() < 1e-12);
@@ -57,8 +56,7 @@ fn a_phase_has_its_own_weights_some_of_which_move_linearly() {
     assert_eq!((s.reward.c3, s.reward.omega_s), (0.5, 0.15));
     assert_eq!(c.at(50, &RewardParameters::default()).reward.c3, 1.0);
     assert_eq!(s.reward.friction_command_divisor, 10.0);
-    assert_eq!(s.command.redraw_interval_s, 2.0);
-    assert_eq!(s.command.redraw_ramp_s, c.command.redraw_ramp_s);
+    assert_eq!(s.command, c.command);
 }
 
 #[test]
