@@ -176,6 +176,11 @@ fn a_key_that_went_elsewhere_is_answered_by_where() {
             "no longer exists",
         ),
         (
+            &format!("{phase}redraw_interval_s = 2.5\n"),
+            "redraw_interval_s",
+            "curriculum.command",
+        ),
+        (
             "[training]\naverage_evaluations = 3\n",
             "average_evaluations",
             "no longer exists",

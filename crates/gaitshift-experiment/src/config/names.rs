@@ -11,7 +11,7 @@ pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
 }
 
 /// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
-const GONE: [(&str, &str, &str); 24] = [
+const GONE: [(&str, &str, &str); 25] = [
     (
         "schedule",
         "symmetry",
@@ -35,6 +35,11 @@ const GONE: [(&str, &str, &str); 24] = [
     ("omega_e_floor", "", NO_GAIN),
     ("scale", "omega_e", NO_GAIN),
     ("start_speed_m_per_s", "", NO_GAIN),
+    (
+        "redraw_interval_s",
+        "reward_end",
+        "phases have no interval of their own; `curriculum.command.redraw_interval_s` is that of all",
+    ),
     ("mirror_loss_weight", "", NO_GAIN),
     ("loss", "replay", NO_GAIN),
     ("network", "replay", NO_GAIN),
