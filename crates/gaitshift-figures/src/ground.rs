@@ -25,9 +25,9 @@ impl<'a> Ground<'a> {
         Self(points.filter(sound))
     }
 
-    /// Its corners, if it is not flat.
-    pub fn corners(&self) -> Option<&'a [[f64; 2]]> {
-        self.0
+    /// Whether nothing is said of it: it is flat at height 0.
+    pub fn is_flat(&self) -> bool {
+        self.0.is_none()
     }
 
     /// Its height at `x`, in m.
@@ -44,6 +44,16 @@ impl<'a> Ground<'a> {
         } else {
             z1
         }
+    }
+
+    /// The corners from `from` to `to`, in m, with the points at both ends.
+    pub fn between(&self, from: f64, to: f64) -> Vec<(f64, f64)> {
+        let within = self.0.unwrap_or_default().iter();
+        let within = within.filter(|corner| from < corner[0] && corner[0] < to);
+        std::iter::once((from, self.height(from)))
+            .chain(within.map(|&[x, z]| (x, z)))
+            .chain([(to, self.height(to))])
+            .collect()
     }
 
     /// Its mean height around `x`, in m: what the eye follows without jumping over steps.

@@ -34,20 +34,14 @@ pub(crate) fn draw_ground(canvas: &mut Canvas, view: &View, ground: &Ground<'_>)
     let soil = Ink::hex(0xece7df);
     let surface = Paint::stroke(Ink::hex(0x7d7468), 1.6);
     canvas.rect(Rect::new(0.0, GROUND, WIDTH, SOIL), Paint::fill(soil));
-    let corners = ground.corners();
-    if corners.is_none() {
+    if ground.is_flat() {
         canvas.line((0.0, GROUND), (WIDTH, GROUND), surface);
-    }
-    if let Some(corners) = corners {
+    } else {
         let edge = |x: f64| view.x_m + (x - HIP) / view.scale;
-        let (from, to) = (edge(0.0), edge(WIDTH));
-        let ends = [from, to].map(|x| [x, ground.height(x)]);
-        let within = corners.iter().filter(|c| from < c[0] && c[0] < to);
-        let profile: Vec<_> = [&ends[0]]
+        let profile: Vec<_> = ground
+            .between(edge(0.0), edge(WIDTH))
             .into_iter()
-            .chain(within)
-            .chain([&ends[1]])
-            .map(|&[x, z]| view.place((x, z)))
+            .map(|point| view.place(point))
             .collect();
         canvas.open_clip(Rect::new(0.0, 84.0, WIDTH, GROUND + SOIL - 84.0));
         let below = [(WIDTH, GROUND + SOIL), (0.0, GROUND + SOIL)];

@@ -7,6 +7,7 @@ use crate::canvas::{Anchor, Canvas, Ink, Paint, Rect, TextStyle};
 use crate::chart::{Axis, Panel};
 use crate::ground::Ground;
 use crate::motion::{Motion, Pose, body_of};
+use crate::raster::text_width;
 use crate::style::{LABEL, QUIET, SMALL, TEXT, WHITE, side_ink};
 use crate::support;
 use crate::{Figure, FigureError};
@@ -19,12 +20,15 @@ const LEG: f64 = 105.0;
 /// units.
 const LEAST_MARGIN: f64 = 0.75;
 const EDGE: f64 = 6.0;
+/// From one line of the note to the next, in user units.
+const NOTE: f64 = 12.0;
 
 /// A strobe picture of the time from `from_s` to `to_s`: `poses` (2 to 60) poses at equal times, the
 /// path of the hip, and below when each foot was on the ground.
 ///
 /// Bodies and heights are to scale. The horizontal axis is time: poses stand as far apart as the body
 /// travels at its mean speed, or further where they would hide each other; the picture says by how much.
+/// Where the ground is not flat each pose stands on the ground around it.
 /// [`strobe_within`] keeps to a width.
 ///
 /// # Errors
@@ -114,22 +118,60 @@ pub fn strobe_within(
     let travelled = travelled_m * scale;
     let width = spacing * between + left_margin + right_margin;
     let profile = Ground::of(recording);
+    // Each pose on the ground around it, as far as the next pose's.
+    let around = |pose: &Pose| {
+        let half_m = 0.5 * spacing / scale;
+        profile.between(pose.x - half_m, pose.x + half_m)
+    };
+    let heights = poses.iter().flat_map(|(_, pose)| around(pose));
+    let (lowest_m, rise_m) = {
+        let extent = |(low, high): (f64, f64), (_, z): (f64, f64)| (low.min(z), high.max(z));
+        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), extent);
+        (low, high - low)
+    };
+    // A range that climbs by more would be all ground.
+    let climbs = rise_m > body.leg_length_m;
+    let base_m = |x: f64| if climbs { profile.height(x) } else { lowest_m };
+    let rise = if climbs { 0.0 } else { rise_m * scale };
+    let note = if travelled > 0.01 * leg {
+        let stretch = spacing / travelled;
+        if (stretch - 1.0).abs() < 0.005 {
+            "distances to scale".to_owned()
+        } else {
+            format!("poses {stretch:.1} times as far apart as travelled")
+        }
+    } else {
+        "poses drawn side by side".to_owned()
+    };
+    let heights: &[&str] = match (profile.is_flat(), climbs) {
+        (true, _) => &[],
+        (false, false) => &["each on the ground around it"],
+        (false, true) => &[
+            "each on the ground around it",
+            "heights over the ground below the hip",
+        ],
+    };
+    let every = format!("a pose every {interval_s:.2} s");
+    let parts = [every, note]
+        .into_iter()
+        .chain(heights.iter().map(|&part| part.to_owned()));
+    let note = lines(parts, width - 16.0);
     // Under the note there is room for the highest trunk.
     let highest_m = poses
         .iter()
-        .map(|(_, pose)| pose.z - profile.height(pose.x) + biped::above_hip(&body));
+        .map(|(_, pose)| pose.z - base_m(pose.x) + biped::above_hip(&body));
     let highest = highest_m.fold(0.0, f64::max) * scale;
-    let ground = 24.0 + highest.clamp(leg, 1.6 * leg);
+    let ground = 24.0 + NOTE * (note.len() - 1) as f64 + highest.clamp(leg, 1.6 * leg + rise);
     let bars = Rect::new(left_margin, ground + 18.0, spacing * between, 22.0);
     let mut canvas = Canvas::new(width, bars.bottom() + 42.0);
 
+    let soil = Paint::fill(Ink::hex(0xece7df));
+    let surface = Paint::stroke(Ink::hex(0x7d7468), 1.2);
     let floor = Rect::new(0.0, ground, width, 7.0);
-    canvas.rect(floor, Paint::fill(Ink::hex(0xece7df)));
-    canvas.line(
-        (0.0, ground),
-        (width, ground),
-        Paint::stroke(Ink::hex(0x7d7468), 1.2),
-    );
+    canvas.rect(floor, soil);
+    if profile.is_flat() {
+        canvas.line((0.0, ground), (width, ground), surface);
+    }
 
     let left_of = |time_s: f64| left_margin + (time_s - first_s) / duration_s * bars.width;
     let view = View {
@@ -139,9 +181,24 @@ pub fn strobe_within(
         ground,
         scale,
     };
-    for (time_s, pose) in &poses {
-        let view = view.moved((pose.x, profile.height(pose.x)), left_of(*time_s));
-        biped::draw(&mut canvas, &view, &body, pose);
+    let view_of =
+        |(time_s, pose): &(f64, Pose)| view.moved((pose.x, base_m(pose.x)), left_of(*time_s));
+    if !profile.is_flat() {
+        canvas.open_clip(Rect::new(0.0, 18.0, width, floor.bottom() - 18.0));
+        for shown in &poses {
+            let view = view_of(shown);
+            let around: Vec<_> = around(&shown.1)
+                .into_iter()
+                .map(|point| view.place(point))
+                .collect();
+            let ends = [around[around.len() - 1].0, around[0].0].map(|x| (x, floor.bottom()));
+            canvas.polygon(around.iter().copied().chain(ends), soil);
+            canvas.polyline(around, surface);
+        }
+        canvas.close_clip();
+    }
+    for shown in &poses {
+        biped::draw(&mut canvas, &view_of(shown), &body, &shown.1);
     }
     let times = motion.times();
     let hips: Vec<_> = times
@@ -152,7 +209,7 @@ pub fn strobe_within(
                 .iter()
                 .zip(motion.values(column::Z_M)),
         )
-        .map(|(&time, (&x, &z))| (left_of(time), ground - (z - profile.height(x)) * scale))
+        .map(|(&time, (&x, &z))| (left_of(time), ground - (z - base_m(x)) * scale))
         .collect();
     canvas.polyline(hips.iter().copied(), Paint::stroke(WHITE.opacity(0.8), 3.4));
     canvas.polyline(hips, Paint::stroke(TEXT, 1.4));
@@ -183,25 +240,35 @@ pub fn strobe_within(
         );
     }
     axis.x_title(&mut canvas, "time (s)");
-    let note = if travelled > 0.01 * leg {
-        let stretch = spacing / travelled;
-        if (stretch - 1.0).abs() < 0.005 {
-            "distances to scale".to_owned()
-        } else {
-            format!("poses {stretch:.1} times as far apart as travelled")
-        }
-    } else {
-        "poses drawn side by side".to_owned()
-    };
-    let heights = match profile.corners() {
-        Some(_) => ", heights over the ground below the hip",
-        None => "",
-    };
-    let note = format!("a pose every {interval_s:.2} s, {note}{heights}");
-    canvas.text((8.0, 15.0), &note, TextStyle::new(10.0, QUIET));
+    for (k, line) in note.iter().enumerate() {
+        canvas.text(
+            (8.0, 15.0 + NOTE * k as f64),
+            line,
+            TextStyle::new(10.0, QUIET),
+        );
+    }
     Ok(Figure {
         svg: canvas.finish(),
     })
+}
+
+/// The parts of a note in lines of at most `width` user units, broken between parts.
+fn lines(parts: impl Iterator<Item = String>, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for part in parts {
+        match lines.last_mut() {
+            Some(line) if text_width(&format!("{line}, {part}"), 10.0) <= width => {
+                line.push_str(", ");
+                line.push_str(&part);
+            }
+            Some(line) => {
+                line.push(',');
+                lines.push(part);
+            }
+            None => lines.push(part),
+        }
+    }
+    lines
 }
 
 /// The stride around `time_s`: from a touchdown of the right foot to its next one, in s. `None` if no

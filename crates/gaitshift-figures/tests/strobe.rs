@@ -4,7 +4,7 @@
 mod common;
 
 use common::{count, drawn_size, keep, metadata};
-use gaitshift_analysis::recording::{COLUMNS, Column, Recording, column};
+use gaitshift_analysis::recording::{COLUMNS, Column, Recording, RecordingMetadata, column};
 use gaitshift_body::{Body, BodyParameters, BodyState};
 use gaitshift_figures::{Figure, FigureError, stride_at, strobe, strobe_within};
 
@@ -174,6 +174,72 @@ fn feet_that_carry_stand_on_the_ground() {
         clearances.iter().any(|&clearance| clearance > 0.02),
         "a swinging foot is lifted"
     );
+}
+
+/// A standing body that is at `x = 0` in the first of two rows and `way_m` further in the second, on this ground.
+fn moved_on(ground: Vec<[f64; 2]>, way_m: f64, rise_m: f64) -> Recording {
+    let body = Body::new(BodyParameters::default()).unwrap();
+    let state = BodyState::standing(&body);
+    let mut recording = Recording::new(RecordingMetadata {
+        ground: Some(ground),
+        ..metadata()
+    });
+    for (time_s, x, rise) in [(0.0, 0.0, 0.0), (0.1, way_m, rise_m)] {
+        let mut row = vec![0.0; COLUMNS.len()];
+        row[column::TIME_S.index()] = time_s;
+        row[column::X_M.index()] = x;
+        row[column::Z_M.index()] = state.z + rise;
+        recording.push_row(&row).unwrap();
+    }
+    recording
+}
+
+// Poses before and after a step stood on one line, and none showed the step.
+#[test]
+fn where_the_ground_is_not_flat_each_pose_stands_on_the_ground_around_it() {
+    let step = vec![[-10.0, 0.0], [0.95, 0.0], [0.95, 0.1], [10.0, 0.1]];
+    let figure = strobe(&moved_on(step, 1.0, 0.1), 0.0, 0.1, 2).unwrap();
+    let lines = figure.svg.lines();
+    let pieces: Vec<_> = lines
+        .filter(|line| line.starts_with("<polyline") && line.contains("#7d7468"))
+        .collect();
+    let heights = |piece: &str| -> Vec<f64> {
+        let points = piece.split('"').nth(1).unwrap().split(' ');
+        let y = |point: &str| point.split_once(',').unwrap().1.parse().unwrap();
+        points.map(y).collect()
+    };
+    assert_eq!(pieces.len(), 2, "one for each pose");
+    let (before, after) = (heights(pieces[0]), heights(pieces[1]));
+    assert_eq!(before.len(), 2);
+    assert_eq!(after.len(), 4, "the step's two corners between the ends");
+    assert!((before[0] - before[1]).abs() < 1e-9 && (after[0] - before[0]).abs() < 0.011);
+    assert!((before[0] - after[3] - 0.1 * SCALE).abs() < 0.011);
+    let soles = polylines(&figure, SOLE);
+    for (sole, level) in soles.iter().zip([before[0], before[0], after[3], after[3]]) {
+        let lowest = sole.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);
+        let clearance_m = (level - lowest) / SCALE - 0.012;
+        assert!(clearance_m.abs() < 0.5 / SCALE, "{clearance_m}");
+    }
+    keep("strobe_step.png", &figure.to_png(2.0).unwrap());
+    assert!(figure.svg.contains("each on the ground around it"));
+}
+
+// Heights from the lowest ground of a long climb would make a picture of nothing but ground.
+#[test]
+fn a_climb_does_not_make_the_picture_higher() {
+    let flat = moved_on(vec![[-10.0, 0.0], [10.0, 0.0]], 5.0, 0.0);
+    let (_, height) = drawn_size(&strobe(&flat, 0.0, 0.1, 4).unwrap());
+    for (slope, far) in [(0.5, 10.0), (1.0, 1e6)] {
+        let climb = moved_on(
+            vec![[-far, -slope * far], [far, slope * far]],
+            5.0,
+            5.0 * slope,
+        );
+        let figure = strobe(&climb, 0.0, 0.1, 4).unwrap();
+        assert!((drawn_size(&figure).1 - height).abs() < 1.0);
+        assert!(figure.svg.contains("heights over the ground below the hip"));
+        figure.to_png(1.0).unwrap();
+    }
 }
 
 #[test]
