@@ -22,8 +22,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Duration of a push, in s.
 const PUSH_S: f64 = 0.1;
-/// Where the terrain begins before the hip, in m, and how far beyond it the body has to get.
+/// Where the terrain begins before the hip, in m, over what way more the faces of steps are spread, and how far beyond the body
+/// has to get. Where in the stride a foot meets a face decides as much as its height.
 const AHEAD_M: f64 = 1.0;
+const FACES_M: f64 = 0.5;
 const STEP_BEYOND_M: f64 = 3.0;
 const SLOPE_BEYOND_M: f64 = 5.0;
 /// Time that it has for this, in s.
@@ -40,7 +42,8 @@ pub struct StressPlan {
     pub omega_v: Vec<f64>,
     /// Seeds that draw the starts.
     pub seeds: Vec<u64>,
-    /// Phases of the stride at which pushes begin.
+    /// Phases of the stride at which pushes begin, and as many places of a step's face: a step is borne that is borne at
+    /// each of them.
     pub phases: usize,
     /// Whether pushes up and down are tried too.
     pub vertical_pushes: bool,
@@ -367,8 +370,25 @@ impl Settled {
     }
 
     fn bears(&self, controller: &mut Controller, plan: &StressPlan, ask: Ask, size: f64) -> bool {
+        let places = match ask {
+            Ask::Step { .. } => plan.phases.max(1),
+            _ => 1,
+        };
+        let further_m = |place: usize| FACES_M * place as f64 / places as f64;
+        (0..places).all(|place| self.bears_at(controller, plan, ask, size, further_m(place)))
+    }
+
+    /// Whether it bears it where terrain begins `further_m` beyond the first place.
+    fn bears_at(
+        &self,
+        controller: &mut Controller,
+        plan: &StressPlan,
+        ask: Ask,
+        size: f64,
+        further_m: f64,
+    ) -> bool {
         let mut simulation = self.simulation.clone();
-        let from_m = simulation.state().x + AHEAD_M;
+        let from_m = simulation.state().x + AHEAD_M + further_m;
         let mut disturbance = Disturbance::default();
         let mut duration_s = plan.after_s;
         // Where it has to get, in m.

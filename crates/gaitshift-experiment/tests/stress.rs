@@ -89,6 +89,24 @@ fn a_limit_holds_and_a_little_more_does_not() {
     assert!(!falls(0.25 * latency_s) && falls(3.0 * latency_s));
 }
 
+// A single place of the step's face let a walk over 3.6 cm that trips over 1.5 cm where its foot meets the face.
+#[test]
+fn a_step_is_borne_where_it_is_borne_at_every_place() {
+    let step_m = |phases| {
+        let plan = StressPlan {
+            omega_v: vec![0.0],
+            phases,
+            seeds: vec![1],
+            ..plan()
+        };
+        limit(&of(&plan, 1), "step", "up").limits[0].unwrap()
+    };
+    // Half the places are among all of them; what one of them refuses, all do. Sizes are tried in the same order.
+    let (one, two, eight) = (step_m(1), step_m(2), step_m(8));
+    assert!(eight <= two && two <= one, "{one} {two} {eight}");
+    assert!(eight < one, "{eight}");
+}
+
 #[test]
 fn who_falls_undisturbed_has_no_limits() {
     let controller = Controller::shipped().unwrap();

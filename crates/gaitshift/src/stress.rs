@@ -87,10 +87,14 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
     for line in [
         "> at least the greatest size tried; - fell undisturbed from every start".to_owned(),
         format!(
-            "Pushes last 0.1 s; after them, and under noise and latency, the body has to stay up for {} s.",
+            "Pushes last 0.1 s, so that 1 N s is a force of 10 N; after them, and under noise and latency, the body has to stay up for {} s.",
             plan.after_s
         ),
-        "Steps and slopes begin 1 m ahead; it has to get 3 m beyond a step's face, 5 m along a slope.".to_owned(),
+        format!(
+            "Slopes begin 1 m ahead, and it has to get 5 m along them. A step's face is tried at {} places from 1 to 1.5 m ahead; it has to \
+             get 3 m beyond each.",
+            plan.phases
+        ),
     ] {
         output::line(&line)?;
     }
