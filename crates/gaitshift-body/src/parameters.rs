@@ -193,13 +193,41 @@ impl BodyParameters {
         ];
         let scale = self.leg_length_m / default.leg_length_m;
         if scale != 1.0 && segments.iter().all(|(_, value, usual)| value == usual) {
-            let scaled = segments
-                .map(|(name, value, _)| format!("`{name}` {:.3}", value * scale))
-                .join(", ");
+            let square = scale * scale;
+            let sizes = [
+                ("stroke_m", self.stroke_m, default.stroke_m, scale),
+                (
+                    "foot_arc_radius_m",
+                    self.foot_arc_radius_m,
+                    default.foot_arc_radius_m,
+                    scale,
+                ),
+                (
+                    "thigh_inertia_kg_m2",
+                    self.thigh_inertia_kg_m2,
+                    default.thigh_inertia_kg_m2,
+                    square,
+                ),
+                (
+                    "tibia_inertia_kg_m2",
+                    self.tibia_inertia_kg_m2,
+                    default.tibia_inertia_kg_m2,
+                    square,
+                ),
+            ];
+            let sizes = sizes
+                .into_iter()
+                .filter(|(_, value, usual, _)| value == usual);
+            let scaled: Vec<String> = segments
+                .into_iter()
+                .map(|(name, value, _)| (name, value * scale))
+                .chain(sizes.map(|(name, value, _, factor)| (name, value * factor)))
+                .map(|(name, value)| format!("`{name}` {value:.3}"))
+                .collect();
             warnings.push(format!(
                 "`leg_length_m` is {}, but the segments are as far from the hip as in a leg of {} m; in proportion: \
-                 {scaled}",
-                self.leg_length_m, default.leg_length_m
+                 {}",
+                self.leg_length_m, default.leg_length_m, scaled.join(", ")
             ));
         }
         for (name, value, _) in segments {

@@ -152,6 +152,8 @@ fn segments_that_do_not_follow_the_leg_are_warned_of() {
         "`leg_length_m` is 1.6",
         "`thigh_distance_m` 0.400",
         "`foot_distance_m` 1.500",
+        "`stroke_m` 0.200",
+        "`thigh_inertia_kg_m2` 0.320",
     ] {
         assert!(warning.contains(word), "{warning}");
     }

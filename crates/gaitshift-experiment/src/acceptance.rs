@@ -193,7 +193,7 @@ fn correlation(name: String, value: Option<f64>, bound: f64) -> Check {
 
 const UNDEFINED: &str = "undefined for this motion";
 
-/// Tries a controller on every command and every change of gait.
+/// Tries a controller on every command and every change of gait, from the default start.
 ///
 /// # Errors
 /// A recording that refuses a row.
@@ -203,8 +203,22 @@ pub fn judge(
     criteria: &Criteria,
     control: &mut impl Control,
 ) -> Result<Judgement, RowError> {
+    judge_from(body, task, criteria, None, control)
+}
+
+/// [`judge`] from the start that a seed draws, as training episodes start.
+///
+/// # Errors
+/// As [`judge`].
+pub fn judge_from(
+    body: &Body,
+    task: &TaskParameters,
+    criteria: &Criteria,
+    seed: Option<u64>,
+    control: &mut impl Control,
+) -> Result<Judgement, RowError> {
     let c = criteria;
-    let start = Environment::default_start(body, task);
+    let start = Environment::start(body, task, seed);
     let mut run = |profile: &CommandProfile, duration_s: f64| {
         Rollout {
             body,

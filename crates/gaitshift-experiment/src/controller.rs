@@ -144,6 +144,11 @@ impl Controller {
             .unwrap_or_else(|| path.to_owned())
     }
 
+    /// Whether a path is a run's folder whose controller was never evaluated: what stands for it is the last one, not the best.
+    pub fn is_unevaluated(path: &Path) -> bool {
+        path.is_dir() && Self::file_of(path).ends_with("controller-last.safetensors")
+    }
+
     /// Reads the bytes of a file; `path` names it in errors.
     ///
     /// # Errors

@@ -22,7 +22,7 @@ mod sweep;
 mod tensorboard;
 mod training;
 
-pub use acceptance::{Check, Judgement, SteadyMotion, TriedChange, judge};
+pub use acceptance::{Check, Judgement, SteadyMotion, TriedChange, judge, judge_from};
 pub use config::{
     ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, WarmStart, did_you_mean,
     load_body_overrides, load_disturbance, set_body_and_task,

@@ -34,12 +34,30 @@ impl Review {
         };
         let mut warnings = experiment.warnings();
         warnings.extend(unreached(experiment));
+        warnings.extend(fall_height(&before, experiment));
         Ok(Self {
             base,
             differences: differences(&before, experiment)?,
             warnings,
         })
     }
+}
+
+/// A leg of another length beside the base's height of a fall.
+fn fall_height(before: &Experiment, after: &Experiment) -> Option<String> {
+    let scale = after.body.leg_length_m / before.body.leg_length_m;
+    let height_m = after.task.termination.min_hip_height_m;
+    let kept = height_m == before.task.termination.min_hip_height_m;
+    (scale != 1.0 && height_m > 0.0 && kept).then(|| {
+        format!(
+            "`task.termination.min_hip_height_m` is {height_m}, {:.0} % of a leg of {} m instead of {:.0} %; in proportion {:.3}. Below it \
+             a motion counts as a fall, which shapes the gait",
+            100.0 * height_m / after.body.leg_length_m,
+            after.body.leg_length_m,
+            100.0 * height_m / before.body.leg_length_m,
+            height_m * scale
+        )
+    })
 }
 
 fn differences(before: &Experiment, after: &Experiment) -> Result<Vec<String>, ConfigError> {

@@ -207,6 +207,11 @@ impl Training {
         Ok(self.agent.set_threads(threads)?)
     }
 
+    /// Environment steps taken so far.
+    pub fn step(&self) -> u64 {
+        self.counters.step
+    }
+
     /// Takes the remaining steps.
     ///
     /// # Errors

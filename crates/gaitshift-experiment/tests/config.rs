@@ -438,6 +438,11 @@ fn single_values_can_be_set() {
     for (text, words) in [
         ("friction", vec!["friction", "KEY=VALUE"]),
         ("frction=1", vec!["`frction=1`", "did you mean `friction`?"]),
+        // A slip in a name whose unit was left out had no nearest name.
+        (
+            "hip_stifness=1",
+            vec!["did you mean `hip_stiffness_nm_per_rad`?"],
+        ),
         ("task.reward.omga_e=1", vec!["did you mean `omega_e`?"]),
         (
             "time_limit_s=5",

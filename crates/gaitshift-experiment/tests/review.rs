@@ -43,6 +43,26 @@ fn recipes_are_nothing_to_warn_of_and_name_their_base() {
     }
 }
 
+// A longer leg with the height of a fall of the shorter one was nothing to warn of.
+#[test]
+fn a_leg_of_another_length_is_told_the_height_of_a_fall() {
+    let leg = "base = \"fast\"\n[body]\nleg_length_m = 0.88\n";
+    warned(
+        leg,
+        &[
+            "`task.termination.min_hip_height_m` is 0.68",
+            "77 %",
+            "0.748",
+        ],
+    );
+    let both = format!("{leg}[task.termination]\nmin_hip_height_m = 0.748\n");
+    let warnings = review(&both).warnings;
+    assert!(
+        !warnings.iter().any(|w| w.contains("min_hip_height_m")),
+        "{warnings:?}"
+    );
+}
+
 // It showed none.
 #[test]
 fn a_recipe_on_another_differs_from_that() {

@@ -95,6 +95,9 @@ impl UnevenGround {
 }
 
 impl TerrainParameters {
+    /// The steepest inclination that there may be, in rad.
+    pub const STEEPEST_RAD: f64 = 0.8;
+
     /// Whether it is the flat ground.
     pub fn is_flat(&self) -> bool {
         self.slope_rad == 0.0
@@ -150,7 +153,7 @@ impl TerrainParameters {
         let key = |name: &str| format!("{key}.{name}");
         let near = |x: f64| x.abs() <= FARTHEST_M;
         require(
-            self.slope_rad.abs() <= 0.8,
+            self.slope_rad.abs() <= Self::STEEPEST_RAD,
             &key("slope_rad"),
             self.slope_rad,
             "between -0.8 and 0.8",

@@ -37,7 +37,8 @@ pub struct GroundArguments {
     #[arg(long, value_name = "ANGLE[@X]", allow_hyphen_values = true, value_parser = slope)]
     pub slope: Option<Slope>,
 
-    /// A step up of the ground in m, e.g. 0.03, at X = 3 m if not given; may be given several times
+    /// A step up of the ground in m, e.g. 0.03, or with its unit, as 3cm; at X = 3 m if not given; may be
+    /// given several times
     #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = step)]
     pub step_up: Vec<TerrainStep>,
 
@@ -144,9 +145,10 @@ pub struct DisturbanceArguments {
     /// Noise on one observation of the controller, e.g. --noise theta_velocity=0.1; may be given several
     /// times, or as a list
     ///
-    /// NAME is x_velocity, theta, theta_velocity, h, h_velocity, phi, phi_velocity or d_velocity; SD its
-    /// standard deviation in m, rad, m/s or rad/s. It is drawn anew in every control period, separately for
-    /// each leg.
+    /// NAME is x_velocity (forward speed of the hip), theta, theta_velocity (pitch of the trunk), phi,
+    /// phi_velocity (angle of a hip joint), h, h_velocity (thigh along the leg) or d_velocity (compression of
+    /// the leg); SD is its standard deviation in m/s, rad, rad/s or m. It is drawn anew in every control
+    /// period, separately for each leg.
     #[arg(long, value_name = "NAME=SD", value_delimiter = ',', value_parser = noise)]
     pub noise: Vec<Noise>,
 
@@ -333,11 +335,20 @@ pub fn slope(text: &str) -> Result<Slope, String> {
         (quantity(percent, &[])? / 100.0).atan()
     } else if number("deg").or(number("rad")).is_some() {
         quantity(angle, &[("deg", 1f64.to_radians()), ("rad", 1.0)])?
+    } else if let Some(degrees) = number("°") {
+        quantity(degrees, &[])?.to_radians()
     } else {
         return Err(format!(
             "`{angle}` needs a unit: for instance 3deg, 0.05rad or 5%"
         ));
     };
+    if rad.abs() > TerrainParameters::STEEPEST_RAD {
+        let steepest = TerrainParameters::STEEPEST_RAD;
+        return Err(format!(
+            "it must be between -{steepest} and {steepest} rad, which is {:.1}°; in degrees as 3deg",
+            steepest.to_degrees()
+        ));
+    }
     Ok(Slope {
         rad,
         from_m: from.map(metres).transpose()?,
@@ -370,7 +381,7 @@ pub fn height(text: &str) -> Result<f64, String> {
 pub fn latency(text: &str) -> Result<f64, String> {
     let latency_s = quantity(text, &[("ms", 1e-3), ("s", 1.0)])?;
     if !(0.0..=1.0).contains(&latency_s) {
-        return Err("it must be from 0 to 1 s".to_owned());
+        return Err("it must be from 0 to 1 s; in milliseconds as 10ms".to_owned());
     }
     Ok(latency_s)
 }
@@ -415,7 +426,8 @@ pub fn describe(d: &Disturbance) -> String {
         let from = t
             .slope_from_m
             .map_or_else(String::new, |x| format!(" from {x} m on"));
-        words.push(format!("slope {:.4} rad{from}", t.slope_rad));
+        let degrees = (t.slope_rad.to_degrees() * 100.0).round() / 100.0;
+        words.push(format!("slope {degrees}°{from}"));
     }
     for step in t.steps.iter().filter(|s| s.height_m != 0.0) {
         words.push(format!(

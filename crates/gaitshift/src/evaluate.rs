@@ -2,11 +2,11 @@
 
 use crate::arguments::EvaluateArguments;
 use crate::failure::Failure;
-use crate::gaits::{Row, describe, print_rows};
+use crate::gaits::{Row, describe, print_gaits, print_rows};
 use crate::motion::{Subject, read_profile, write_recording};
 use crate::output;
 use crate::spread::{self, Spread};
-use gaitshift_experiment::{CommandProfile, Criteria, Judgement, judge};
+use gaitshift_experiment::{Check, CommandProfile, Criteria, Judgement, judge_from};
 use gaitshift_figures::{SweepPoint, SweepSeries, sweep_figure};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -14,6 +14,8 @@ use std::path::{Path, PathBuf};
 /// Shortest motion without --duration-s, and what follows a profile's last point, in s.
 const DURATION_S: f64 = 20.0;
 const BEYOND_PROFILE_S: f64 = 5.0;
+/// Characters of what a figure's legend says beside the controller's name.
+const LEGEND: usize = 60;
 
 #[derive(Serialize)]
 struct Rows<'a> {
@@ -24,15 +26,27 @@ struct Rows<'a> {
 
 #[derive(Serialize)]
 struct Verdict<'a> {
+    /// The seed that drew the start, where one was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seed: Option<u64>,
     accepted: bool,
     met: usize,
     #[serde(flatten)]
     judgement: &'a Judgement,
 }
 
+/// Judgements from several starts.
+#[derive(Serialize)]
+struct Verdicts<'a> {
+    /// Number of starts from which every criterion is met.
+    accepted: usize,
+    starts: Vec<Verdict<'a>>,
+}
+
 /// Runs the command.
 pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     let mut subject = Subject::load(&arguments.subject)?;
+    let seeds: Vec<u64> = arguments.seed.iter().flat_map(|s| s.0.clone()).collect();
     let disturbance = arguments.disturbances.read()?;
     if arguments.criteria.is_some() && disturbance.is_some() {
         return Err(Failure::input(
@@ -45,9 +59,14 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
             file.as_deref(),
             arguments.subject.which.controller.as_deref(),
         )?;
-        return run_criteria(&mut subject, &criteria, &origin, arguments.print.json);
+        return run_criteria(
+            &mut subject,
+            &criteria,
+            &origin,
+            &seeds,
+            arguments.print.json,
+        );
     }
-    let seeds: Vec<u64> = arguments.seed.iter().flat_map(|s| s.0.clone()).collect();
     let (rows, files) = measure(&mut subject, arguments, &seeds)?;
     let spread = (seeds.len() > 1).then(|| spread::of(&rows));
     if arguments.print.json {
@@ -63,7 +82,7 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     output::line(&format!(
         "{}, {start}{}, {}",
         subject.name,
-        subject.disturbance_name(),
+        subject.circumstances(),
         described(&rows, arguments.settling_s)
     ))?;
     match spread {
@@ -88,11 +107,13 @@ fn described(rows: &[Row], settling_s: f64) -> String {
             "measured from {} s on, the middle of the motion",
             seconds(greatest)
         )
-    } else {
+    } else if (greatest - settling_s).abs() < 0.005 {
         format!(
-            "measured from {} s on, shorter motions from their midpoint on",
-            seconds(greatest)
+            "measured from {settling_s} s on; of motions that ended before {} s, the second half",
+            seconds(2.0 * settling_s)
         )
+    } else {
+        "measured in the second half of each motion".to_owned()
     }
 }
 
@@ -143,7 +164,12 @@ fn measure(
         }
     }
     if let Some(folder) = &arguments.out {
-        files.extend(write_sweep(&[(&subject.name, points(&rows))], folder)?);
+        let label = match subject.circumstances() {
+            // More than a legend holds.
+            long if long.chars().count() > LEGEND => format!("{}, disturbed", subject.name),
+            short => format!("{}{short}", subject.name),
+        };
+        files.extend(write_sweep(&[(&label, points(&rows))], folder)?);
     }
     Ok((rows, files))
 }
@@ -189,51 +215,118 @@ pub fn criteria(
     let (criteria, origin) = match (file, run) {
         (Some(file), _) => (Criteria::load(file), file.display().to_string()),
         (None, Some(run)) => (Criteria::of_run(run), format!("of {}", run.display())),
-        (None, None) => (Ok(Criteria::default()), "the paper's".to_owned()),
+        (None, None) => (
+            Ok(Criteria::default()),
+            "the default ones, after the paper".to_owned(),
+        ),
     };
     Ok((criteria.map_err(Failure::input)?, origin))
 }
 
-/// Judges by the criteria of a finished controller.
+/// Judges by the criteria of a finished controller, from the default start or from those that seeds draw.
 fn run_criteria(
     subject: &mut Subject,
     criteria: &Criteria,
     origin: &str,
+    seeds: &[u64],
     json: bool,
 ) -> Result<(), Failure> {
-    let name = subject.name.clone();
-    let (body, task, mut policy) = subject.parts();
-    let judgement = judge(body, task, criteria, &mut policy).map_err(Failure::run)?;
-    let verdict = Verdict {
-        accepted: judgement.accepted(),
-        met: judgement.met(),
-        judgement: &judgement,
+    let starts: Vec<Option<u64>> = match seeds {
+        [] => vec![None],
+        seeds => seeds.iter().copied().map(Some).collect(),
     };
-    if json {
-        output::json(&verdict)?;
-    } else {
-        output::line(&format!("{name}; {criteria} ({origin})"))?;
-        let rows = judgement
-            .rows
-            .iter()
-            .map(|row| (row.omega_v.to_string(), &row.summary));
-        for line in output::gait_table(rows) {
-            output::line(&line)?;
-        }
-        for check in &judgement.checks {
-            let met = if check.met { "met    " } else { "not met" };
-            let value = output::number(check.value, 3);
-            output::line(&format!("{met}  {value:>7}  {}", check.name))?;
-            if let Some(reason) = &check.reason {
-                output::line(&format!("{:18}{reason}", ""))?;
-            }
-        }
-        let count = judgement.checks.len();
-        output::line(&format!("{} of {count} criteria met", verdict.met))?;
+    let heading = |start: &str, subject: &Subject| {
+        format!(
+            "{}, {start}{}; {criteria} ({origin})",
+            subject.name,
+            subject.circumstances()
+        )
+    };
+    let mut judgements = Vec::new();
+    for &seed in &starts {
+        subject.start_at(seed);
+        let (body, task, mut policy) = subject.parts();
+        judgements.push(judge_from(body, task, criteria, seed, &mut policy).map_err(Failure::run)?);
     }
-    if verdict.accepted {
-        Ok(())
-    } else {
-        Err(Failure::Unmet)
+    let verdicts: Vec<Verdict<'_>> = starts
+        .iter()
+        .zip(&judgements)
+        .map(|(&seed, judgement)| Verdict {
+            seed,
+            accepted: judgement.accepted(),
+            met: judgement.met(),
+            judgement,
+        })
+        .collect();
+    let accepted = verdicts.iter().filter(|verdict| verdict.accepted).count();
+    let all = accepted == verdicts.len();
+    match &verdicts[..] {
+        [verdict] if json => output::json(verdict)?,
+        _ if json => output::json(&Verdicts {
+            accepted,
+            starts: verdicts,
+        })?,
+        [verdict] => {
+            output::line(&heading(&subject.start_name(), subject))?;
+            print_verdict(verdict)?;
+        }
+        several => {
+            let start = format!("{} random starts", several.len());
+            output::line(&heading(&start, subject))?;
+            print_shares(&judgements)?;
+            output::line(&format!(
+                "every criterion is met from {accepted} of {} starts",
+                several.len()
+            ))?;
+        }
     }
+    if all { Ok(()) } else { Err(Failure::Unmet) }
+}
+
+/// The motions and every criterion.
+fn print_verdict(verdict: &Verdict<'_>) -> Result<(), Failure> {
+    let judgement = verdict.judgement;
+    let rows = judgement.rows.iter();
+    print_gaits(rows.map(|row| (Some(row.omega_v), &row.summary)), "")?;
+    for check in &judgement.checks {
+        let met = if check.met { "met    " } else { "not met" };
+        let value = output::number(check.value, 3);
+        output::line(&format!("{met}  {value:>7}  {}", check.name))?;
+        if let Some(reason) = &check.reason {
+            output::line(&format!("{:18}{reason}", ""))?;
+        }
+    }
+    let count = judgement.checks.len();
+    output::line(&format!("{} of {count} criteria met", verdict.met))
+}
+
+/// From how many starts each criterion is met, and between which values what it measures lies.
+fn print_shares(judgements: &[Judgement]) -> Result<(), Failure> {
+    let names = judgements.first().map_or(&[][..], |first| &first.checks);
+    let mut cells = vec![
+        ["met", "least", "greatest", "criterion"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    for (k, Check { name, .. }) in names.iter().enumerate() {
+        let each = || {
+            judgements
+                .iter()
+                .filter_map(|judgement| judgement.checks.get(k))
+        };
+        let values = || each().filter_map(|check| check.value);
+        cells.push(vec![
+            format!(
+                "{} of {}",
+                each().filter(|check| check.met).count(),
+                judgements.len()
+            ),
+            output::number(values().reduce(f64::min), 3),
+            output::number(values().reduce(f64::max), 3),
+            name.clone(),
+        ]);
+    }
+    output::table(&cells, &[3])
+        .iter()
+        .try_for_each(|line| output::line(line))
 }

@@ -44,7 +44,8 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             match out {
                 Some(path) => {
                     output::create_folder_of(path)?;
-                    recording.write_csv(path).map_err(Failure::run)
+                    recording.write_csv(path).map_err(Failure::run)?;
+                    output::written(&[path.clone()])
                 }
                 None => put(recording.to_csv().map_err(Failure::run)?.as_bytes(), None),
             }
@@ -109,7 +110,8 @@ fn put(bytes: &[u8], out: Option<&Path>) -> Result<(), Failure> {
     match out {
         Some(path) => {
             output::create_folder_of(path)?;
-            std::fs::write(path, bytes).map_err(|cause| Failure::write(path, &cause))
+            std::fs::write(path, bytes).map_err(|cause| Failure::write(path, &cause))?;
+            output::written(&[path.to_owned()])
         }
         None => {
             let mut output = io::stdout();

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::output;
 use gaitshift_analysis::recording::{Recording, column};
-use gaitshift_analysis::{AnalysisOptions, GaitSummary, summarise};
+use gaitshift_analysis::{AnalysisOptions, GaitClass, GaitRule, GaitSummary, summarise};
 use serde::Serialize;
 
 /// A row of the table: a command and the motion it makes.
@@ -62,7 +62,30 @@ pub fn print_gaits<'a>(
         let command = omega_v.map_or_else(|| not_held.to_owned(), |omega_v| omega_v.to_string());
         (command, summary)
     });
-    output::gait_table(named)
-        .iter()
-        .try_for_each(|line| output::line(line))
+    let named: Vec<_> = named.collect();
+    for line in output::gait_table(named.iter().map(|(command, s)| (command.clone(), *s))) {
+        output::line(&line)?;
+    }
+    for (command, summary) in named {
+        if let Some(why) = too_short(summary) {
+            output::text(&format!("ω_v {command}: {why}"), 2)?;
+        }
+    }
+    Ok(())
+}
+
+/// Why a motion has no gait if what is missing is steps: a walk of three steps is "mixed" like a stumble.
+pub fn too_short(s: &GaitSummary) -> Option<String> {
+    let needed = GaitRule::default().min_steps;
+    let (from_s, to_s) = s.window_start_s.zip(s.window_end_s)?;
+    let steps = match s.steps {
+        0 => "no step".to_owned(),
+        1 => "1 step".to_owned(),
+        steps => format!("{steps} steps"),
+    };
+    (s.gait == GaitClass::Mixed && s.steps < needed).then(|| {
+        format!(
+            "{steps} from {from_s:.2} to {to_s:.2} s, too few to tell a gait, which takes {needed}; a longer motion would tell"
+        )
+    })
 }

@@ -32,9 +32,21 @@ mod view;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
-use clap::error::{ContextKind, ErrorKind};
-use gaitshift_experiment::portable_command;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use gaitshift_experiment::{Experiment, portable_command};
 use std::ffi::OsString;
+
+/// What to write instead of an option that has the name of a value of the body.
+fn meant_as_value(error: &clap::Error) -> Option<String> {
+    let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else {
+        return None;
+    };
+    let key = option.trim_start_matches('-').replace('-', "_");
+    let known = Experiment::default().keys();
+    known
+        .contains(&format!("body.{key}"))
+        .then(|| format!("tip: a value of the body is changed with --set {key}=VALUE"))
+}
 
 /// Runs the program with its command line, the first argument being its own name, and gives the exit code: 0 done, 1 failed,
 /// 2 bad input, 130 interrupted. Catches Ctrl-C in commands that can be stopped halfway.
@@ -51,6 +63,9 @@ pub fn run(command_line: impl IntoIterator<Item = OsString>) -> u8 {
             }
             // If the stream is closed, nobody is there to be told.
             let _ = error.print();
+            if let Some(hint) = meant_as_value(&error) {
+                output::note(&hint);
+            }
             return u8::try_from(error.exit_code()).unwrap_or(2);
         }
     };

@@ -19,6 +19,8 @@ pub struct Subject {
     body: Body,
     /// The controller as messages and recordings name it.
     pub name: String,
+    /// What the user changed of its body and task, each after a comma.
+    changes: String,
     start: BodyState,
     seed: Option<u64>,
     disturbance: Option<Disturbance>,
@@ -26,11 +28,17 @@ pub struct Subject {
 
 /// A controller's file, or the best one of a run's folder; without a path the shipped one.
 pub fn load_controller(path: Option<&Path>) -> Result<Controller, Failure> {
-    match path {
+    let controller = match path {
         Some(path) => Controller::read(path),
         None => Controller::shipped(),
+    };
+    if let Some(path) = path.filter(|path| controller.is_ok() && Controller::is_unevaluated(path)) {
+        output::note(&format!(
+            "{}: not evaluated yet, so there is no best controller; this is that of the last checkpoint",
+            path.display()
+        ));
     }
-    .map_err(Failure::input)
+    controller.map_err(Failure::input)
 }
 
 impl Subject {
@@ -58,10 +66,16 @@ impl Subject {
         controller.task = task;
         let body = Body::new(body).map_err(Failure::input)?;
         let start = Environment::default_start(&body, &controller.task);
+        let file = changes
+            .body
+            .iter()
+            .map(|path| format!(", body of {}", path.display()));
+        let values = changes.set.iter().map(|value| format!(", {value}"));
         Ok(Self {
             controller,
             body,
             name,
+            changes: file.chain(values).collect(),
             start,
             seed: None,
             disturbance: None,
@@ -77,10 +91,11 @@ impl Subject {
         self.start_at(self.seed);
     }
 
-    /// What disturbs the motions, in words after a comma.
-    pub fn disturbance_name(&self) -> String {
+    /// What is changed of the body and what disturbs the motions, in words after a comma.
+    pub fn circumstances(&self) -> String {
         let words = self.disturbance.as_ref().map(disturb::describe);
-        words.map_or_else(String::new, |words| format!(", {words}"))
+        let disturbed = words.map_or_else(String::new, |words| format!(", {words}"));
+        format!("{}{disturbed}", self.changes)
     }
 
     /// Begins motions at the start that a seed draws, or at the default start.
@@ -135,6 +150,7 @@ impl Subject {
             controller,
             body,
             name,
+            changes: _,
             start,
             seed,
             disturbance,

@@ -141,7 +141,12 @@ pub fn named_gait_table<'a>(
     units.extend(GAIT_COLUMNS.map(|(_, unit, _)| unit.to_owned()));
     let mut cells = vec![heading, units];
     for (mut row, summary) in rows {
-        row.extend(GAIT_COLUMNS.map(|(_, _, value)| value(summary)));
+        // The figures of a motion that ended in a fall describe no gait that could be compared.
+        let told = |(k, (_, _, value)): (usize, &GaitColumn)| match summary.fell && k > 1 {
+            true => number(None, 0),
+            false => value(summary),
+        };
+        row.extend(GAIT_COLUMNS.iter().enumerate().map(told));
         cells.push(row);
     }
     // Words begin at the left: names and the gait.

@@ -33,8 +33,8 @@ enum Display {
 }
 
 impl Watcher {
-    /// Watches a run that ends when `interrupted` is set or at about `stop_at_step`.
-    pub fn new(interrupted: Arc<AtomicBool>, stop_at_step: Option<u64>) -> Self {
+    /// Watches a run from environment step `step` on that ends when `interrupted` is set or at about `stop_at_step`.
+    pub fn new(interrupted: Arc<AtomicBool>, step: u64, stop_at_step: Option<u64>) -> Self {
         let display = if std::io::stderr().is_terminal() {
             let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(4));
             let template = "{bar:30.cyan/blue} {percent:>3} %  {msg}\n{prefix}";
@@ -53,7 +53,7 @@ impl Watcher {
             verdict: None,
             interrupted,
             stop_at_step,
-            step: 0,
+            step,
         }
     }
 
@@ -101,7 +101,7 @@ impl Observer for Watcher {
                 let left_s = p.total_steps.saturating_sub(p.step) as f64 / rate;
                 format!("{rate:.0} steps/s, {} left", duration(left_s))
             }
-            None => "starting".to_owned(),
+            None => "pace not known yet".to_owned(),
         };
         let steps = format!("{} of {} steps", count(p.step), count(p.total_steps));
         // Before the first episode ends there is nothing to average.

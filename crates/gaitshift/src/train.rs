@@ -194,7 +194,15 @@ fn train(
     for warning in experiment.warnings() {
         output::note(&format!("warning: {warning}"));
     }
-    let mut watcher = Watcher::new(Arc::clone(interrupted), arguments.steps);
+    let step = training.step();
+    if let Some(asked) = arguments.steps.filter(|&asked| asked <= step && step > 0) {
+        output::note(&format!(
+            "nothing to do: the run is at step {}, --steps asks for {}",
+            count(step),
+            count(asked)
+        ));
+    }
+    let mut watcher = Watcher::new(Arc::clone(interrupted), step, arguments.steps);
     let report = training.run(&mut watcher).map_err(Failure::run)?;
     watcher.finish();
     if let Err(cause) = write_returns(&folder) {

@@ -2,6 +2,7 @@
 
 use crate::arguments::TransitionArguments;
 use crate::failure::Failure;
+use crate::gaits;
 use crate::motion::{Subject, read_profile, write_recording};
 use crate::output::{self, number};
 use gaitshift_analysis::recording::{Recording, column};
@@ -53,7 +54,7 @@ impl Change {
         Ok(Self {
             ramp,
             duration_s: profile.end_s().max(0.0) + after_s,
-            name: format!("ω_v after {}", path.display()),
+            name: format!("ω_v as in {}", path.display()),
             profile,
         })
     }
@@ -108,7 +109,7 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
         "{}, {}{}, {} from {start_s} s on",
         subject.name,
         subject.start_name(),
-        subject.disturbance_name(),
+        subject.circumstances(),
         change.name
     ))?;
     for line in describe(&summary) {
@@ -161,8 +162,8 @@ pub fn describe_changes(changes: &[GaitChange]) -> Vec<String> {
     }
     let line = |change: &GaitChange| {
         format!(
-            "from {} s on     {} → {}{}",
-            change.start_s,
+            "{:16}{} → {}{}",
+            format!("from {} s on", change.start_s),
             gait_name(change.gait_before),
             gait_name(change.gait_after),
             within(change.steps_to_change)
@@ -186,13 +187,21 @@ pub fn describe(s: &TransitionSummary) -> Vec<String> {
         format!("fell at {:.2} s", s.survived_s)
     };
     let steps = within(s.steps_to_change);
-    vec![
+    let mut lines = vec![
         fate,
         format!(
             "gait            {} → {}{steps}",
             gait_name(s.gait_before),
             gait_name(s.gait_after)
         ),
+    ];
+    let parts = [("before", &s.before), ("after", &s.after)];
+    let short = parts.iter().filter_map(|(part, summary)| {
+        let why = gaits::too_short(summary.as_ref()?)?;
+        Some(format!("{:16}{part}: {why}", ""))
+    });
+    lines.extend(short);
+    lines.extend([
         format!(
             "speed           {} m/s",
             both(s.speed_before_m_per_s, s.speed_after_m_per_s)
@@ -216,5 +225,6 @@ pub fn describe(s: &TransitionSummary) -> Vec<String> {
                 s.kinetic_potential_correlation_after
             )
         ),
-    ]
+    ]);
+    lines
 }

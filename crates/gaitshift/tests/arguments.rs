@@ -149,13 +149,26 @@ fn options_that_exclude_each_other_are_refused() {
     }
 }
 
+// `--friction 0.5` was unexpected, and nothing said what would be taken.
+#[test]
+fn a_key_given_as_an_option_is_answered_by_how_to_set_it() {
+    let place = Place::new();
+    place.refused(
+        "evaluate --friction 0.5",
+        &["--friction", "--set friction=VALUE"],
+    );
+    place.refused("evaluate --foot-mass-kg 2", &["--set foot_mass_kg=VALUE"]);
+    let stderr = place.output("evaluate --walrus").stderr;
+    assert!(!String::from_utf8_lossy(&stderr).contains("--set"));
+}
+
 // The usage that an error showed was itself refused: `Usage: gaitshift train --resume <DIR> <RECIPE|FILE.toml>`.
 #[test]
 fn errors_show_no_usage_that_is_none() {
     let place = Place::new();
     for arguments in [
         "train --resume x fast",
-        "evaluate --criteria --seed 1",
+        "evaluate --criteria --duration-s 1",
         "evaluate --omega-v a",
         "train --seed 1 --seeds 2-3",
     ] {

@@ -254,6 +254,37 @@ fn criteria_are_those_of_the_file_or_of_the_run() {
     );
 }
 
+// The criteria could be tried from the default start alone.
+#[test]
+fn criteria_can_be_tried_from_random_starts() {
+    let place = Place::new();
+    place.write(
+        "two.toml",
+        "omega_v = [0, 3]\nduration_s = 6\nslowest_froude_max = 0\nfastest_froude_min = 0.5\nchanges = []\ngaits = []\n",
+    );
+    let one = place.json("evaluate --criteria two.toml --seed 3 --json");
+    assert_eq!((&one["seed"], &one["met"]), (&3.into(), &3.into()));
+    let default = place.json("evaluate --criteria two.toml --json");
+    assert!(default["seed"].is_null());
+    assert_ne!(one["rows"], default["rows"]);
+    let several = place.json("evaluate --criteria two.toml --seed 3,4 --json");
+    assert_eq!(several["accepted"], 2);
+    assert_eq!(several["starts"].as_array().unwrap().len(), 2);
+    assert_eq!(several["starts"][0], one);
+    let text = place.stdout("evaluate --criteria two.toml --seed 3,4");
+    for words in [
+        "2 random starts; 3 criteria",
+        "2 of 2",
+        "survives 6 s at omega_v = 3",
+        "every criterion is met from 2 of 2 starts",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let strict =
+        "evaluate --criteria two.toml --seed 3,4 --set task.termination.min_hip_height_m=0.79";
+    assert_eq!(place.output(strict).status.code(), Some(1));
+}
+
 #[test]
 fn a_file_that_is_no_controller_is_refused() {
     let place = Place::new();
@@ -439,6 +470,49 @@ fn the_heading_says_where_the_figures_begin() {
     assert!(heading("--duration-s 4 --settling-s 1").ends_with("measured from 1 s on"));
 }
 
+// A good walk was "mixed" if it was short, without a word.
+#[test]
+fn a_motion_too_short_to_have_a_gait_says_so() {
+    let place = Place::new();
+    let text = place.stdout("evaluate --omega-v 0 --duration-s 3");
+    assert!(
+        text.contains("ω_v 0: ") && text.contains("too few to tell a gait, which takes 4"),
+        "{text}"
+    );
+    assert!(!place.stdout("evaluate --omega-v 0").contains("too few"));
+    let text = place.stdout("transition --start-s 2 --after-s 8 --out change");
+    assert!(
+        text.contains("before: ") && text.contains("too few to tell a gait"),
+        "{text}"
+    );
+    assert!(!place.stdout("transition --out change").contains("too few"));
+}
+
+// A body that was changed was described under the same heading as the controller's own.
+#[test]
+fn the_heading_says_what_was_changed() {
+    let place = Place::new();
+    place.write("ice.toml", "friction = 0.6\n");
+    let text = place.stdout(
+        "evaluate --omega-v 0 --duration-s 1 --body ice.toml --set foot_mass_kg=2 --push 10@0.5",
+    );
+    let heading = text.lines().next().unwrap();
+    assert!(
+        heading.contains("default start, body of ice.toml, foot_mass_kg=2, push of 10 N"),
+        "{heading}"
+    );
+}
+
+// The best cost of a comparison was that of a body that fell.
+#[test]
+fn of_a_motion_that_fell_the_table_has_the_gait_and_the_time() {
+    let text = Place::new()
+        .stdout("evaluate --omega-v 0 --duration-s 4 --set task.termination.min_hip_height_m=0.79");
+    let row = text.lines().find(|line| line.contains("fallen")).unwrap();
+    let cells: Vec<&str> = row.split_whitespace().collect();
+    assert_eq!(cells[3..], ["-"; 8], "{row}");
+}
+
 #[test]
 fn single_values_of_body_and_task_can_be_set() {
     let place = Place::new();
@@ -492,10 +566,12 @@ fn a_runs_folder_stands_for_its_best_controller() {
         place.path("run/controller-last.safetensors"),
     )
     .unwrap();
-    assert_eq!(
-        expected,
-        place.json(&format!("{evaluate} --controller run/"))
-    );
+    let output = place.output(&format!("{evaluate} --controller run/"));
+    let value: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(expected, value);
+    // It was taken for the best one without a word.
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("run/: not evaluated yet"), "{stderr}");
     std::fs::create_dir(place.path("empty")).unwrap();
     place.refused("evaluate --controller empty", &["empty", "gaitshift train"]);
 }

@@ -20,7 +20,10 @@ fn every_format_goes_to_a_file_or_to_standard_output() {
         let printed = place.output(&format!("export {format}"));
         assert_eq!(printed.status.code(), Some(0), "{format}");
         assert!(printed.stdout.starts_with(begins), "{format}");
-        assert_eq!(place.stdout(&format!("export {format} -o out")), "");
+        assert_eq!(
+            place.stdout(&format!("export {format} -o out")),
+            "wrote out\n"
+        );
         assert_eq!(place.read("out"), printed.stdout, "{format}");
     }
     assert_eq!(

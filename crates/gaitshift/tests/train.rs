@@ -79,6 +79,15 @@ fn stopping_and_resuming_ends_with_the_same_controller() {
         stderr.contains("gaitshift train --resume parts"),
         "{stderr}"
     );
+    // It went on for a little and wrote another checkpoint.
+    let episodes = place.read("parts/episodes.csv");
+    let output = place.output("train --resume parts --steps 1000");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        stderr.contains("nothing to do: the run is at step 2,"),
+        "{stderr}"
+    );
+    assert_eq!(place.read("parts/episodes.csv"), episodes);
     let report = place.json("train --resume parts --threads 2 --json");
     assert_eq!(report["finished"], true);
     let rows = |folder: &str| {

@@ -118,7 +118,7 @@ fn each_change_of_a_profile_has_its_steps() {
     assert_eq!(changes.len(), 2);
     let text = place.stdout(transition);
     assert!(
-        text.contains("from 20 s on     running → walking, changed"),
+        text.contains("from 20 s on    running → walking, changed"),
         "{text}"
     );
 }

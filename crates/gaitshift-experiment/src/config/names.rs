@@ -72,7 +72,16 @@ pub(crate) fn nearest<'a>(
     unknown: &str,
     known: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
-    let distance = |name: &str| strsim::osa_distance(unknown, name);
+    // To a name, or to what is left of it without some of its last words, which are units as a rule: `hip_stifness` is a slip
+    // of `hip_stiffness_nm_per_rad`.
+    let distance = |name: &str| {
+        let whole = strsim::osa_distance(unknown, name);
+        let shorter = name.match_indices('_').map(|(at, _)| &name[..at]);
+        let shorter = shorter.filter(|part| part.len() > 4);
+        shorter
+            .map(|part| strsim::osa_distance(unknown, part) + 1)
+            .fold(whole, usize::min)
+    };
     let contained = |name: &str| {
         let unit = |rest: &str| rest.starts_with('_');
         name.strip_prefix(unknown).is_some_and(unit)

@@ -156,7 +156,7 @@ impl Experiment {
     }
 
     /// The path of every key with a value, but for those of phases.
-    pub(super) fn keys(&self) -> Vec<String> {
+    pub fn keys(&self) -> Vec<String> {
         let Ok(table) = toml::Value::try_from(self) else {
             return Vec::new();
         };

@@ -48,9 +48,10 @@ Examples:
   gaitshift evaluate --seed 7 --out out/seed-7
   gaitshift evaluate --seed 1..12 --omega-v 0:3.5:0.25
   gaitshift evaluate --set friction=0.6 --set hip_mass_kg=25
-  gaitshift evaluate --push 150@5 --latency 10ms --noise theta_velocity=0.1
+  gaitshift evaluate --push 80@5 --latency 5ms --noise theta_velocity=0.1
   gaitshift evaluate --omega-v 0,3 --seed 1..12 --slope 2deg@2 --step-up 0.01
   gaitshift evaluate --criteria --json
+  gaitshift evaluate --criteria --seed 1..12
   gaitshift evaluate --controller runs/mine-1 --criteria
   gaitshift evaluate --criteria slow.toml")]
 pub struct EvaluateArguments {
@@ -91,10 +92,11 @@ pub struct EvaluateArguments {
     /// Check all criteria of a finished controller; exit code 1 if one is not met
     ///
     /// FILE has a table `[criteria]`, or the keys of that table alone. Without it the criteria are those of
-    /// the run of --controller DIR, otherwise the paper's 39: 20 s without a fall at each ω_v from 0 to 3.5,
+    /// the run of --controller DIR, otherwise 39 after the paper: 20 s without a fall at each ω_v from 0 to 3.5,
     /// a walk at 0 and a run at 3, speeds, costs of transport, energy correlations, and changes of gait from
-    /// ten phases of the stride both ways.
-    #[arg(long, value_name = "FILE.toml", num_args = 0..=1, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "seed", "out"])]
+    /// ten phases of the stride both ways. All of it is measured from random starts where --seed asks for
+    /// them.
+    #[arg(long, value_name = "FILE.toml", num_args = 0..=1, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "out"])]
     pub criteria: Option<Option<PathBuf>>,
 
     /// Folder for the recordings (CSV) and a figure of all commands (SVG, PNG) [default: none written]
