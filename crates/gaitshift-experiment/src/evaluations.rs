@@ -42,12 +42,19 @@ pub struct Evaluation {
     pub met: usize,
     /// Orders controllers: the sum of the criteria's credits.
     pub score: f64,
+    /// Whether its controller may be the run's best: where phases randomize, not before the first of them.
+    pub candidate: bool,
     /// Steady motions, one for each command, the lowest first.
     pub rows: Vec<EvaluatedMotion>,
     /// Changes of gait, one for each that was asked for.
     pub changes: Vec<EvaluatedChanges>,
     /// The criteria.
     pub checks: Vec<EvaluatedCriterion>,
+}
+
+/// Whether an evaluation of an earlier version, which does not say, is a candidate.
+fn yes() -> bool {
+    true
 }
 
 /// A line as it stands in the file.
@@ -57,6 +64,8 @@ struct Line {
     elapsed_s: f64,
     met: usize,
     score: f64,
+    #[serde(default = "yes")]
+    candidate: bool,
     rows: Vec<EvaluatedMotion>,
     changes: Option<Vec<EvaluatedChanges>>,
     /// Before criteria could be chosen, when every evaluation asked for what it asks by default.
@@ -94,6 +103,7 @@ impl TryFrom<Line> for Evaluation {
             elapsed_s: line.elapsed_s,
             met: line.met,
             score: line.score,
+            candidate: line.candidate,
             rows,
             changes,
             checks: line.checks,
@@ -189,11 +199,13 @@ impl Evaluation {
             .collect()
     }
 
-    /// The one with the highest score, the first of several: the run's `controller.safetensors` is its controller.
+    /// The candidate with the highest score, the first of several, or where there is no candidate yet the evaluation: the run's
+    /// `controller.safetensors` is its controller.
     pub fn best(evaluations: &[Self]) -> Option<&Self> {
+        let better = |best: &Self, e: &Self| (e.candidate, e.score) > (best.candidate, best.score);
         evaluations
             .iter()
-            .reduce(|best, e| if e.score > best.score { e } else { best })
+            .reduce(|best, e| if better(best, e) { e } else { best })
     }
 
     /// The motion under the first command at which a gait was asked for, if one was.

@@ -348,6 +348,7 @@ pub(crate) struct Logs {
 struct EvaluationLine<'a> {
     step: u64,
     elapsed_s: f64,
+    candidate: bool,
     met: usize,
     score: f64,
     accepted: bool,
@@ -367,16 +368,19 @@ impl Logs {
             .map_err(io_error(&self.events_path))
     }
 
-    /// Writes an evaluation as one line of JSON, and its main figures as events.
+    /// Writes an evaluation as one line of JSON, and its main figures as events. The controller of a `candidate` may be the
+    /// run's best.
     pub fn evaluation(
         &mut self,
         step: u64,
         elapsed_s: f64,
+        candidate: bool,
         j: &Judgement,
     ) -> Result<(), TrainingError> {
         let line = EvaluationLine {
             step,
             elapsed_s,
+            candidate,
             met: j.met(),
             score: j.score(),
             accepted: j.accepted(),

@@ -4,9 +4,9 @@
 
 mod common;
 use common::{Until, file, text, tiny};
-use gaitshift_experiment::{Control, Controller, Deterministic, Experiment, Training};
+use gaitshift_experiment::{Control, Controller, Deterministic, Evaluation, Experiment, Training};
 use gaitshift_sac::Agent;
-use gaitshift_task::OBSERVATION_SIZE;
+use gaitshift_task::{OBSERVATION_SIZE, Overrides};
 use std::path::Path;
 
 fn on_threads(threads: usize) -> Experiment {
@@ -33,6 +33,39 @@ fn without_clock(folder: &Path) -> Vec<String> {
                 .join(",")
         })
         .collect()
+}
+
+// Judged undisturbed, a controller is at its best before it has met any disturbance: that of a run with a last phase of
+// disturbances was the one from before it.
+#[test]
+fn where_phases_randomize_the_best_is_sought_among_their_evaluations() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut experiment = tiny();
+    // Nothing is learned, so that all evaluations score the same and the first would be kept.
+    experiment.training.learning_starts = 1_000_000;
+    experiment.training.evaluation_interval_steps = 1000;
+    for phase in &mut experiment.curriculum.phases {
+        (phase.learner, phase.learner_end) = (Overrides::default(), Overrides::default());
+    }
+    let best = |experiment: &Experiment, name: &str| {
+        let run = folder.path().join(name);
+        let report = Training::new(experiment.clone(), &run, "")
+            .unwrap()
+            .run(&mut Until::default())
+            .unwrap();
+        let evaluations = Evaluation::read_all(&run).unwrap();
+        let best = Evaluation::best(&evaluations).unwrap();
+        assert_eq!(best.step, report.best_step);
+        let controller = Controller::read(&run).unwrap();
+        assert_eq!(controller.provenance.environment_steps, report.best_step);
+        report.best_step
+    };
+    assert_eq!(experiment.curriculum.randomization_start(), Some(2000));
+    assert_eq!(best(&experiment, "randomized"), 3000);
+    for phase in &mut experiment.curriculum.phases {
+        phase.randomization = None;
+    }
+    assert_eq!(best(&experiment, "plain"), 1000);
 }
 
 #[test]

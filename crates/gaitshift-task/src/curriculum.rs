@@ -196,7 +196,16 @@ impl Curriculum {
                 .iter()
                 .any(|table| table.get("rehearsal") > Some(0.0))
         };
-        let before = self.phases.iter().position(rehearses)?;
+        self.first_step_of(rehearses)
+    }
+
+    /// The first environment step of the first phase that randomizes its episodes, if one does.
+    pub fn randomization_start(&self) -> Option<u64> {
+        self.first_step_of(|phase| phase.randomization.is_some())
+    }
+
+    fn first_step_of(&self, meant: impl Fn(&Phase) -> bool) -> Option<u64> {
+        let before = self.phases.iter().position(meant)?;
         Some(self.phases[..before].iter().map(|phase| phase.steps).sum())
     }
 

@@ -52,8 +52,13 @@ impl Training {
         let judgement = self.judge(&mut controller.policy)?;
         controller.write(&self.folder.evaluated(self.counters.step)?)?;
         self.keep_best_walk(&mut controller)?;
-        let best = judgement.score() > self.counters.best_score;
+        // What is judged undisturbed is at its best before it has met any disturbance: from the first phase with some on the
+        // best is sought anew.
+        let start = self.experiment.curriculum.randomization_start();
+        let candidate = start.is_none_or(|start| self.counters.step > start);
         let c = &mut self.counters;
+        let first = candidate && start.is_some_and(|start| c.best_step <= start);
+        let best = first || judgement.score() > c.best_score;
         c.verdict = verdict(&judgement);
         c.criteria = judgement.checks.len();
         if best {
@@ -62,12 +67,12 @@ impl Training {
             c.best_met = judgement.met();
             controller.write(&self.folder.file("controller.safetensors"))?;
         }
-        if judgement.accepted() && c.accepted_at_step.is_none() {
+        if candidate && judgement.accepted() && c.accepted_at_step.is_none() {
             c.accepted_at_step = Some(c.step);
             c.accepted_after_s = Some(c.elapsed_s);
             controller.write(&self.folder.file("controller-accepted.safetensors"))?;
         }
-        logs.evaluation(c.step, c.elapsed_s, &judgement)?;
+        logs.evaluation(c.step, c.elapsed_s, candidate, &judgement)?;
         observer.evaluated(&self.progress(), &judgement, best);
         lap(&mut from, &mut self.counters.parts.evaluating_s);
         Ok(())
