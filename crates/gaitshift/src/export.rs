@@ -45,7 +45,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
                 Some(path) => {
                     output::create_folder_of(path)?;
                     recording.write_csv(path).map_err(Failure::run)?;
-                    output::written(&[path.clone()])
+                    output::written(std::slice::from_ref(path))
                 }
                 None => put(recording.to_csv().map_err(Failure::run)?.as_bytes(), None),
             }
