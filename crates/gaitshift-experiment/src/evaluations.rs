@@ -3,6 +3,7 @@
 use crate::config::{ConfigError, parse_error, read};
 use crate::criteria::Criteria;
 use crate::run_folder::{EVALUATIONS, TrainingError};
+use crate::training::rank;
 use gaitshift_analysis::GaitClass;
 use serde::Deserialize;
 use std::path::Path;
@@ -42,19 +43,14 @@ pub struct Evaluation {
     pub met: usize,
     /// Orders controllers: the sum of the criteria's credits.
     pub score: f64,
-    /// Whether its controller may be the run's best: where phases randomize, not before the first of them.
-    pub candidate: bool,
+    /// Share of disturbed motions that stay up, from the first phase with `randomization` on.
+    pub disturbed_survival: Option<f64>,
     /// Steady motions, one for each command, the lowest first.
     pub rows: Vec<EvaluatedMotion>,
     /// Changes of gait, one for each that was asked for.
     pub changes: Vec<EvaluatedChanges>,
     /// The criteria.
     pub checks: Vec<EvaluatedCriterion>,
-}
-
-/// Whether an evaluation of an earlier version, which does not say, is a candidate.
-fn yes() -> bool {
-    true
 }
 
 /// A line as it stands in the file.
@@ -64,8 +60,7 @@ struct Line {
     elapsed_s: f64,
     met: usize,
     score: f64,
-    #[serde(default = "yes")]
-    candidate: bool,
+    disturbed_survival: Option<f64>,
     rows: Vec<EvaluatedMotion>,
     changes: Option<Vec<EvaluatedChanges>>,
     /// Before criteria could be chosen, when every evaluation asked for what it asks by default.
@@ -103,7 +98,7 @@ impl TryFrom<Line> for Evaluation {
             elapsed_s: line.elapsed_s,
             met: line.met,
             score: line.score,
-            candidate: line.candidate,
+            disturbed_survival: line.disturbed_survival,
             rows,
             changes,
             checks: line.checks,
@@ -199,13 +194,12 @@ impl Evaluation {
             .collect()
     }
 
-    /// The candidate with the highest score, the first of several, or where there is no candidate yet the evaluation: the run's
-    /// `controller.safetensors` is its controller.
+    /// The best, the first of several: the run's `controller.safetensors` is its controller.
     pub fn best(evaluations: &[Self]) -> Option<&Self> {
-        let better = |best: &Self, e: &Self| (e.candidate, e.score) > (best.candidate, best.score);
+        let rank = |e: &Self| rank(e.score, e.checks.len(), e.disturbed_survival);
         evaluations
             .iter()
-            .reduce(|best, e| if better(best, e) { e } else { best })
+            .reduce(|best, e| if rank(e) > rank(best) { e } else { best })
     }
 
     /// The motion under the first command at which a gait was asked for, if one was.

@@ -348,7 +348,8 @@ pub(crate) struct Logs {
 struct EvaluationLine<'a> {
     step: u64,
     elapsed_s: f64,
-    candidate: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    disturbed_survival: Option<f64>,
     met: usize,
     score: f64,
     accepted: bool,
@@ -368,19 +369,18 @@ impl Logs {
             .map_err(io_error(&self.events_path))
     }
 
-    /// Writes an evaluation as one line of JSON, and its main figures as events. The controller of a `candidate` may be the
-    /// run's best.
+    /// Writes an evaluation as one line of JSON, and its main figures as events.
     pub fn evaluation(
         &mut self,
         step: u64,
         elapsed_s: f64,
-        candidate: bool,
+        disturbed_survival: Option<f64>,
         j: &Judgement,
     ) -> Result<(), TrainingError> {
         let line = EvaluationLine {
             step,
             elapsed_s,
-            candidate,
+            disturbed_survival,
             met: j.met(),
             score: j.score(),
             accepted: j.accepted(),
@@ -394,6 +394,9 @@ impl Logs {
             ("evaluation/criteria_met".to_owned(), j.met() as f64),
             ("evaluation/score".to_owned(), j.score()),
         ];
+        if let Some(share) = disturbed_survival {
+            scalars.push(("evaluation/disturbed_survival".to_owned(), share));
+        }
         for row in &j.rows {
             let s = &row.summary;
             scalars.push((

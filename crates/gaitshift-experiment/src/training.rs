@@ -29,6 +29,7 @@ use std::path::Path;
 use std::time::Instant;
 
 pub use counting::{Parts, Progress};
+pub(crate) use evaluating::rank;
 
 /// Environment steps between two calls of [`Observer::progress`].
 const REPORT_INTERVAL_STEPS: u64 = 2_000;

@@ -38,6 +38,16 @@ fn fast_has_the_course_that_it_says() {
 }
 
 #[test]
+fn robust_begins_as_fast_does() {
+    let [fast, robust] = ["fast", "robust"].map(|name| Experiment::recipe(name).unwrap());
+    let (as_fast, more) = robust.curriculum.phases.split_at(3);
+    assert_eq!(as_fast, fast.curriculum.phases);
+    assert!(more.len() == 1 && more[0].randomization.is_some());
+    let randomized = |step| robust.curriculum.randomization_so_far(step).is_some();
+    assert!(!randomized(9_499_999) && randomized(9_500_000) && randomized(20_000_000));
+}
+
+#[test]
 fn a_recipe_without_courses_keeps_what_the_learner_has() {
     for name in ["paper", "journal"] {
         let recipe = Experiment::recipe(name).unwrap();

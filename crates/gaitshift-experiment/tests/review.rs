@@ -72,15 +72,15 @@ fn a_recipe_on_another_differs_from_that() {
     // Three dozen values are one sentence.
     assert_eq!(
         review.differences,
-        ["`curriculum.phases.II.randomization` from nothing to what the phase draws"]
+        ["`curriculum.phases`, 4 of 15500000 steps in all instead of 3 of 9500000 steps in all"]
     );
-    let set = ["curriculum.phases.II.randomization.share=0.5".to_owned()];
-    let text = "base = \"robust\"\n[curriculum.phases.II.randomization]\nshare = 0.5\nactuator_factor = [0.8, 1]\n";
+    let set = ["curriculum.phases.III.randomization.share=0.5".to_owned()];
+    let text = "base = \"robust\"\n[curriculum.phases.III.randomization]\nshare = 0.5\nactuator_factor = [0.8, 1]\n";
     assert_eq!(
         self::review(text).differences,
         [
-            "`curriculum.phases.II.randomization.actuator_factor` from [1.0, 1.0] to [0.8, 1.0]",
-            "`curriculum.phases.II.randomization.share` from 0.7 to 0.5",
+            "`curriculum.phases.III.randomization.actuator_factor` from [1.0, 1.0] to [0.8, 1.0]",
+            "`curriculum.phases.III.randomization.share` from 0.7 to 0.5",
         ]
     );
     let changed = robust.with_values(&set).unwrap();

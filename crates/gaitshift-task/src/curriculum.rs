@@ -196,17 +196,18 @@ impl Curriculum {
                 .iter()
                 .any(|table| table.get("rehearsal") > Some(0.0))
         };
-        self.first_step_of(rehearses)
-    }
-
-    /// The first environment step of the first phase that randomizes its episodes, if one does.
-    pub fn randomization_start(&self) -> Option<u64> {
-        self.first_step_of(|phase| phase.randomization.is_some())
-    }
-
-    fn first_step_of(&self, meant: impl Fn(&Phase) -> bool) -> Option<u64> {
-        let before = self.phases.iter().position(meant)?;
+        let before = self.phases.iter().position(rehearses)?;
         Some(self.phases[..before].iter().map(|phase| phase.steps).sum())
+    }
+
+    /// What differs from episode to episode in the latest phase with such a randomization that has begun by environment
+    /// step `step`, if one has.
+    pub fn randomization_so_far(&self, step: u64) -> Option<&Randomization> {
+        let (now, ..) = self.phase(step)?;
+        let so_far = self.phases[..=now].iter().rev();
+        so_far
+            .filter_map(|phase| phase.randomization.as_ref())
+            .next()
     }
 
     /// Checks every field, for training on `body` with a task of this reward.

@@ -8,7 +8,21 @@ use crate::provenance::Provenance;
 use crate::rehearsal::best_walk;
 use crate::run_folder::{Logs, TrainingError};
 use gaitshift_sac::{Policy, SacError};
+use gaitshift_task::{
+    ACTION_SIZE, EndReason, EnvironmentBatch, OBSERVATION_SIZE, PhaseSettings, Randomization,
+    scale_observation,
+};
 use std::time::Instant;
+
+/// Motions by which it is judged how many disturbances a controller bears.
+const DISTURBED: usize = 64;
+
+/// Orders the controllers of a run. Where it randomizes, the share of disturbed motions that stay up counts as much as all criteria
+/// together, and what has not met the disturbances yet comes after all that has.
+pub(crate) fn rank(score: f64, criteria: usize, disturbed_survival: Option<f64>) -> f64 {
+    let all = criteria as f64;
+    disturbed_survival.map_or(score, |share| score + all * (1.0 + share))
+}
 
 impl Training {
     /// The policy that is judged and kept: the averaged one where there is one, and its mean with its mirror image where
@@ -52,30 +66,74 @@ impl Training {
         let judgement = self.judge(&mut controller.policy)?;
         controller.write(&self.folder.evaluated(self.counters.step)?)?;
         self.keep_best_walk(&mut controller)?;
-        // What is judged undisturbed is at its best before it has met any disturbance: from the first phase with some on the
-        // best is sought anew.
-        let start = self.experiment.curriculum.randomization_start();
-        let candidate = start.is_none_or(|start| self.counters.step > start);
+        let survival = self.disturbed_survival(&mut controller.policy)?;
+        let rank = rank(judgement.score(), judgement.checks.len(), survival);
+        let randomizes = self
+            .experiment
+            .curriculum
+            .phases
+            .iter()
+            .any(|phase| phase.randomization.is_some());
         let c = &mut self.counters;
-        let first = candidate && start.is_some_and(|start| c.best_step <= start);
-        let best = first || judgement.score() > c.best_score;
+        let best = rank > c.best_score;
         c.verdict = verdict(&judgement);
         c.criteria = judgement.checks.len();
         if best {
-            c.best_score = judgement.score();
+            c.best_score = rank;
             c.best_step = c.step;
             c.best_met = judgement.met();
             controller.write(&self.folder.file("controller.safetensors"))?;
         }
-        if candidate && judgement.accepted() && c.accepted_at_step.is_none() {
+        if (survival.is_some() || !randomizes)
+            && judgement.accepted()
+            && c.accepted_at_step.is_none()
+        {
             c.accepted_at_step = Some(c.step);
             c.accepted_after_s = Some(c.elapsed_s);
             controller.write(&self.folder.file("controller-accepted.safetensors"))?;
         }
-        logs.evaluation(c.step, c.elapsed_s, candidate, &judgement)?;
+        logs.evaluation(c.step, c.elapsed_s, survival, &judgement)?;
         observer.evaluated(&self.progress(), &judgement, best);
         lap(&mut from, &mut self.counters.parts.evaluating_s);
         Ok(())
+    }
+
+    /// The share of disturbed motions, the same in every evaluation, that stay up: under what the latest phase that randomizes
+    /// draws, if one has begun. What is judged undisturbed alone is at its best before it has met any disturbance.
+    fn disturbed_survival(&self, policy: &mut Policy) -> Result<Option<f64>, TrainingError> {
+        let e = &self.experiment;
+        let Some(drawn) = e.curriculum.randomization_so_far(self.counters.step) else {
+            return Ok(None);
+        };
+        let settings = PhaseSettings {
+            randomization: Some(Randomization {
+                share: 1.0,
+                ..drawn.clone()
+            }),
+            ..e.curriculum.at(self.counters.step, &e.task.reward)
+        };
+        let body = self.batch.body().clone();
+        let mut motions = EnvironmentBatch::new(body, e.task.clone(), DISTURBED, 0, &settings);
+        let mut observations = [0.0; DISTURBED * OBSERVATION_SIZE];
+        let mut actions = [0.0; DISTURBED * ACTION_SIZE];
+        let mut ended = [None; DISTURBED];
+        while ended.iter().any(Option::is_none) {
+            for (i, row) in observations.chunks_exact_mut(OBSERVATION_SIZE).enumerate() {
+                let omega_v = motions.environment(i).omega_v;
+                scale_observation(&motions.observation(i, omega_v), row);
+            }
+            policy.mean_action(&observations, &mut actions)?;
+            for (i, action) in actions.chunks_exact(ACTION_SIZE).enumerate() {
+                if ended[i].is_none() {
+                    let command = [f64::from(action[0]), f64::from(action[1])];
+                    ended[i] = motions.step(i, command, 0.0, &settings).0.ended;
+                }
+            }
+        }
+        let up = ended
+            .iter()
+            .filter(|&&ended| ended == Some(EndReason::TimeLimit));
+        Ok(Some(up.count() as f64 / DISTURBED as f64))
     }
 
     fn judge(&self, policy: &mut Policy) -> Result<Judgement, TrainingError> {

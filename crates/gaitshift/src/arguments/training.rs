@@ -8,8 +8,7 @@ use std::path::PathBuf;
 /// Trains a controller from scratch with Soft Actor-Critic.
 ///
 /// A run is described by one TOML file: body, task, curriculum, learner. Recipes that come with the program:
-/// `fast` (the default), `robust` (the same with other bodies, ground, pushes and delays; at present it does
-/// not learn to run), `paper` (schedule
+/// `fast` (the default), `robust` (the same, then other bodies, ground, pushes and delays), `paper` (schedule
 /// and settings of the paper, 10 million steps) and `journal` (those of its journal version). A file of your own needs only the differences from the recipe that its key `base`
 /// names; an unknown key is an error.
 ///
