@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import itertools
 from pathlib import Path
 
 import gaitshift
@@ -75,7 +76,7 @@ def widest_gap(rows: list[dict]) -> tuple[float, float] | None:
     between = sorted(
         row["froude"] for row in rows if min(walks) <= (row.get("froude") or -1.0) <= max(runs)
     )
-    return max(zip(between, between[1:], strict=False), key=lambda pair: pair[1] - pair[0])
+    return max(itertools.pairwise(between), key=lambda pair: pair[1] - pair[0], default=None)
 
 
 def main() -> None:
