@@ -101,7 +101,7 @@ fn what_comes_with_the_program_is_read_by_name() {
 #[test]
 fn controllers_of_earlier_versions_are_read_unless_their_reward_is_another() {
     // This one has keys that are no more, none of which changes its reward.
-    let bytes = include_bytes!("../controllers/robust.safetensors").to_vec();
+    let bytes = include_bytes!("old-controller.safetensors").to_vec();
     let path = Path::new("old.safetensors");
     let altered = |from: &str, to: &str| {
         let place = bytes.windows(from.len()).position(|w| w == from.as_bytes());
