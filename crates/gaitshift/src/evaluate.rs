@@ -117,6 +117,14 @@ fn described(rows: &[Row], settling_s: f64) -> String {
     }
 }
 
+/// The starts of the motions: those that seeds draw, without any the default start.
+fn starts(seeds: &[u64]) -> Vec<Option<u64>> {
+    match seeds {
+        [] => vec![None],
+        seeds => seeds.iter().copied().map(Some).collect(),
+    }
+}
+
 /// Moves, describes, and writes what was asked for.
 fn measure(
     subject: &mut Subject,
@@ -138,10 +146,7 @@ fn measure(
     if let Some(folder) = &arguments.out {
         output::create_folder(folder)?;
     }
-    let starts: Vec<Option<u64>> = match seeds {
-        [] => vec![None],
-        seeds => seeds.iter().copied().map(Some).collect(),
-    };
+    let starts = starts(seeds);
     let mut rows = Vec::new();
     let mut files = Vec::new();
     for (name, profile) in &motions {
@@ -231,10 +236,7 @@ fn run_criteria(
     seeds: &[u64],
     json: bool,
 ) -> Result<(), Failure> {
-    let starts: Vec<Option<u64>> = match seeds {
-        [] => vec![None],
-        seeds => seeds.iter().copied().map(Some).collect(),
-    };
+    let starts = starts(seeds);
     let heading = |start: &str, subject: &Subject| {
         format!(
             "{}, {start}{}; {criteria} ({origin})",
