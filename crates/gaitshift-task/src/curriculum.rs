@@ -204,10 +204,8 @@ impl Curriculum {
     /// step `step`, if one has.
     pub fn randomization_so_far(&self, step: u64) -> Option<&Randomization> {
         let (now, ..) = self.phase(step)?;
-        let so_far = self.phases[..=now].iter().rev();
-        so_far
-            .filter_map(|phase| phase.randomization.as_ref())
-            .next()
+        let mut latest_first = self.phases[..=now].iter().rev();
+        latest_first.find_map(|phase| phase.randomization.as_ref())
     }
 
     /// Checks every field, for training on `body` with a task of this reward.
