@@ -242,7 +242,7 @@ impl Controller {
 }
 
 /// Keys of the reward in controllers of earlier versions: whether one other than 0 would change the reward.
-const GONE: [(&str, bool); 9] = [
+const GONE: [(&str, bool); 10] = [
     ("alive_command_factor", true),
     ("energy_command_divisor", true),
     ("energy_reference_period_s", true),
@@ -253,6 +253,7 @@ const GONE: [(&str, bool); 9] = [
     ("omega_e_floor", true),
     // It scaled reward and entropy bonus alike.
     ("scale", false),
+    ("speed_limit_m_per_s", true),
 ];
 
 /// Takes out what earlier versions wrote of the reward and this one does not know.
@@ -265,7 +266,7 @@ fn take_out_gone_keys(description: &mut Value) -> Result<(), String> {
         let value = reward.remove(key);
         if changes && value.is_some_and(|v| v.as_f64() != Some(0.0)) {
             return Err(format!(
-                "its reward has `{key}`, which this version does not know"
+                "its reward has `{key}`, which this version does not know: use the one that trained it"
             ));
         }
     }

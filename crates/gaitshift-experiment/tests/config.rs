@@ -219,6 +219,21 @@ fn the_temperature_can_be_switched_and_resolved() {
         e.learner.temperature,
         Experiment::recipe("paper").unwrap().learner.temperature
     );
+
+    // What went wrong: `kind` was asked for where the base has it.
+    let own = |table: &str| Experiment::parse(&format!("base = \"fast\"\n{table}\n"), "mine.toml");
+    assert_eq!(
+        own("[learner.temperature]\nalpha = 0.2").unwrap().learner,
+        own("[learner]\ntemperature = { kind = \"fixed\", alpha = 0.2 }")
+            .unwrap()
+            .learner
+    );
+    let slip = own("[learner.temperature]\nalpah = 0.2").unwrap_err();
+    let slip = slip.to_string();
+    assert!(
+        slip.contains("`alpah`") && slip.contains("`alpha`"),
+        "{slip}"
+    );
 }
 
 #[test]

@@ -111,11 +111,22 @@ fn controllers_of_earlier_versions_are_read_unless_their_reward_is_another() {
         Controller::from_bytes(&bytes, path)
     };
     altered(r#"scale\":1.0"#, r#"scale\":3.0"#).unwrap();
-    let error = altered(r#"omega_e_floor\":0.0"#, r#"omega_e_floor\":2.0"#)
-        .unwrap_err()
-        .to_string();
-    let words = ["old.safetensors", "omega_e_floor", "version"];
-    assert!(words.iter().all(|word| error.contains(word)), "{error}");
+    for (key, from, to) in [
+        (
+            "omega_e_floor",
+            r#"omega_e_floor\":0.0"#,
+            r#"omega_e_floor\":2.0"#,
+        ),
+        (
+            "speed_limit_m_per_s",
+            r#"speed_limit_m_per_s\":0.00"#,
+            r#"speed_limit_m_per_s\":2.65"#,
+        ),
+    ] {
+        let error = altered(from, to).unwrap_err().to_string();
+        let words = ["old.safetensors", key, "version"];
+        assert!(words.iter().all(|word| error.contains(word)), "{error}");
+    }
 }
 
 #[test]

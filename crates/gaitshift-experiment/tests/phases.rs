@@ -211,6 +211,11 @@ fn a_key_that_went_elsewhere_is_answered_by_where() {
             "no longer exists",
         ),
         (
+            "[task.reward]\nspeed_limit_m_per_s = 2.5\n",
+            "speed_limit_m_per_s",
+            "[[task.reward.extra]]",
+        ),
+        (
             "[task.reward]\nenergy_reference_period_s = 0.01\n",
             "energy_reference_period_s",
             "no longer exists",

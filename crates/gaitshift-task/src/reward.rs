@@ -49,10 +49,6 @@ keyed_numbers! {
         /// *Not in the paper.* `ω_f` is divided by `1 + k max(ω_v, 0)`; this is `k`. A run loses more to
         /// friction than a walk, and at the walk's price it would not be found.
         friction_command_divisor,
-        /// *Not in the paper.* Speed above which `ω_v ẋ` falls again as it rose below, in m/s; 0 sets no
-        /// limit, which is the paper. Without one, a learner free to run faster at `ω_v = 3` does, until it
-        /// falls.
-        speed_limit_m_per_s,
         /// *Open in the conference paper.* The whole reward is divided by `1 + k max(ω_v, 0)`; this is
         /// `k`. 0 is the conference paper, 1 the journal version.
         command_divisor,
@@ -79,7 +75,6 @@ impl Default for RewardParameters {
             energy_cap: 0.0,
             omega_f: 0.0,
             friction_command_divisor: 0.0,
-            speed_limit_m_per_s: 0.0,
             command_divisor: 0.0,
             leg_term: LegTerm::default(),
             extra: ExtraTerms::default(),
@@ -105,11 +100,6 @@ impl RewardParameters {
         } else {
             f64::INFINITY
         };
-        let paid_speed = if self.speed_limit_m_per_s > 0.0 {
-            self.speed_limit_m_per_s - (state.x_dot - self.speed_limit_m_per_s).abs()
-        } else {
-            state.x_dot
-        };
         let energy = (self.omega_e * energies.change_j.abs()).min(cap);
         let omega_f = self.omega_f / command_scale(self.friction_command_divisor, omega_v);
         let friction = omega_f * energies.friction_loss_j;
@@ -119,7 +109,7 @@ impl RewardParameters {
         };
         RewardTerms {
             energy: -energy,
-            velocity: omega_v * paid_speed,
+            velocity: omega_v * state.x_dot,
             forward: if state.x_dot >= 0.0 { 0.0 } else { -self.c1 },
             alive: self.c2,
             leg: self.omega_l * legs_apart.abs().min(self.c3),

@@ -59,17 +59,16 @@ fn the_energy_term_of_a_step_can_be_bounded() {
 }
 
 #[test]
-fn friction_and_work_have_prices_and_speed_pays_most_at_its_limit() {
+fn friction_and_work_have_prices() {
     let paper = RewardParameters::default();
     let t = paper.terms(&moving(4.0, 0.0, 0.0), &energies(0.0, 0.5), 3.0);
     assert_eq!((t.friction, t.velocity), (0.0, 12.0));
     let r = RewardParameters {
         omega_f: 2.0,
-        speed_limit_m_per_s: 2.5,
         ..paper
     };
     let t = r.terms(&moving(4.0, 0.0, 0.0), &energies(0.0, 0.5), 3.0);
-    assert_eq!((t.friction, t.velocity), (-1.0, 3.0 * (2.5 - 1.5)));
+    assert_eq!((t.friction, t.velocity), (-1.0, 12.0));
     let cheaper = RewardParameters {
         friction_command_divisor: 3.0,
         ..r.clone()

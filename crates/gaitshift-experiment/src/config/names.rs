@@ -11,7 +11,7 @@ pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
 }
 
 /// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
-const GONE: [(&str, &str, &str); 25] = [
+const GONE: [(&str, &str, &str); 26] = [
     (
         "schedule",
         "symmetry",
@@ -34,6 +34,11 @@ const GONE: [(&str, &str, &str); 25] = [
     ("focus_share", "", NO_GAIN),
     ("omega_e_floor", "", NO_GAIN),
     ("scale", "omega_e", NO_GAIN),
+    (
+        "speed_limit_m_per_s",
+        "",
+        "no recipe needs it any more; remove it, or say it with `[[task.reward.extra]]`: `expression = \"-2 * omega_v * max(x_velocity_m_per_s - 2.5, 0)\"`",
+    ),
     ("start_speed_m_per_s", "", NO_GAIN),
     (
         "redraw_interval_s",

@@ -216,7 +216,7 @@ pub(super) fn check_changes(text: &str) -> Result<(), toml::de::Error> {
     Ok(())
 }
 
-/// Takes away such tables; says whether there were any.
+/// Takes away such tables, and a temperature whose kind is the base's; says whether there were any.
 pub(super) fn without_changes(table: &mut toml::Table) -> bool {
     let mut found = false;
     for (path, list) in NAMED {
@@ -228,6 +228,14 @@ pub(super) fn without_changes(table: &mut toml::Table) -> bool {
             inner.remove(list);
             found = true;
         }
+    }
+    let learner = table.get_mut("learner").and_then(Value::as_table_mut);
+    if let Some(learner) = learner
+        && let Some(temperature) = learner.get("temperature").and_then(Value::as_table)
+        && !temperature.contains_key("kind")
+    {
+        learner.remove("temperature");
+        found = true;
     }
     found
 }
