@@ -63,12 +63,12 @@ pub struct RunReport {
     pub accepted_at_step: Option<u64>,
     /// Wall-clock of it, in s.
     pub accepted_after_s: Option<f64>,
-    /// Step of the best evaluation.
-    pub best_step: u64,
+    /// Step of the best evaluation; nothing, as for the next two, if there was none.
+    pub best_step: Option<u64>,
     /// Number of criteria the best evaluation met.
-    pub best_met: usize,
+    pub best_met: Option<usize>,
     /// Number of criteria.
-    pub criteria: usize,
+    pub criteria: Option<usize>,
     /// Diverged simulations met and not learned from.
     pub diverged: u64,
     /// What the wall-clock went into.
@@ -308,6 +308,7 @@ impl Training {
 
     fn report(&self) -> RunReport {
         let c = &self.counters;
+        let evaluated = c.best_step > 0;
         RunReport {
             finished: self.is_finished(),
             step: c.step,
@@ -315,9 +316,9 @@ impl Training {
             elapsed_s: c.elapsed_s,
             accepted_at_step: c.accepted_at_step,
             accepted_after_s: c.accepted_after_s,
-            best_step: c.best_step,
-            best_met: c.best_met,
-            criteria: c.criteria,
+            best_step: evaluated.then_some(c.best_step),
+            best_met: evaluated.then_some(c.best_met),
+            criteria: evaluated.then_some(c.criteria),
             diverged: c.diverged,
             parts: c.parts,
         }

@@ -244,7 +244,7 @@ fn a_run_is_judged_by_its_own_criteria_and_keeps_them() {
     }
     let mut training = Training::new(experiment, &folder, "test").unwrap();
     let report = training.run(&mut Asked(Until::step(2500))).unwrap();
-    assert_eq!(report.criteria, mine().count());
+    assert_eq!(report.criteria, Some(mine().count()));
     let evaluation = &Evaluation::read_all(&folder).unwrap()[0];
     assert_eq!(evaluation.checks.len(), mine().count());
     assert_eq!(evaluation.changes.len(), 1);

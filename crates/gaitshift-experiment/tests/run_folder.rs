@@ -16,6 +16,10 @@ fn stopped_at(step: u64, folder: &Path) {
         .run(&mut observer)
         .unwrap();
     assert!(!report.finished);
+    assert_eq!(
+        (report.best_step, report.best_met, report.criteria),
+        (None, None, None)
+    );
 }
 
 fn go_on(folder: &Path) -> Until {

@@ -38,9 +38,9 @@ struct Run {
     experiment: String,
     seed: u64,
     evaluations: usize,
-    best_step: u64,
-    best_met: usize,
-    elapsed_s: f64,
+    best_step: Option<u64>,
+    best_met: Option<usize>,
+    elapsed_s: Option<f64>,
     #[serde(skip)]
     course: Vec<(f64, f64)>,
 }
@@ -226,9 +226,9 @@ impl Run {
             experiment: of.name,
             seed: of.seed,
             evaluations: evaluations.len(),
-            best_step: best.map_or(0, |e| e.step),
-            best_met: best.map_or(0, |e| e.met),
-            elapsed_s: evaluations.last().map_or(0.0, |e| e.elapsed_s),
+            best_step: best.map(|e| e.step),
+            best_met: best.map(|e| e.met),
+            elapsed_s: evaluations.last().map(|e| e.elapsed_s),
             course: evaluations
                 .iter()
                 .map(|e| (e.step as f64, e.met as f64))
@@ -249,15 +249,10 @@ fn runs_table(runs: &[Run]) -> Vec<String> {
     let mut cells = vec![titles.map(str::to_owned).to_vec()];
     for run in runs {
         // Evaluations tell how long a run has been trained.
-        let [met, at, trained] = if run.evaluations > 0 {
-            [
-                run.best_met.to_string(),
-                count(run.best_step),
-                duration(run.elapsed_s),
-            ]
-        } else {
-            ["-"; 3].map(str::to_owned)
-        };
+        let shown = |text: Option<String>| text.unwrap_or("-".to_owned());
+        let met = shown(run.best_met.map(|met| met.to_string()));
+        let at = shown(run.best_step.map(count));
+        let trained = shown(run.elapsed_s.map(duration));
         cells.push(vec![
             run.name.clone(),
             run.experiment.clone(),

@@ -10,6 +10,7 @@ use gaitshift_experiment::{
     steps_per_second, sweep_command,
 };
 use gaitshift_figures::{Setting, settings_figure};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -33,6 +34,9 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     let jobs = arguments
         .jobs
         .map_or_else(|| default_jobs(&sweep), usize::from);
+    if arguments.dry_run && arguments.print.json {
+        return output::json(&expect(&sweep, jobs, &folder, |_| Ok(()))?);
+    }
     if arguments.dry_run {
         return estimate(&sweep, jobs, &folder).map(|_| ());
     }
@@ -101,11 +105,41 @@ pub fn default_jobs(sweep: &Sweep) -> usize {
     (processors / threads.max().unwrap_or(1)).max(1)
 }
 
-/// Says what would be run and how long it would take, from the pace of the variants on this machine now; of many
-/// variants that of some tells the others'. Gives that time, in s.
-pub fn estimate(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<f64, Failure> {
+/// The runs of a variant, and how long they would take on this machine.
+#[derive(Debug, Serialize)]
+struct Expected {
+    name: String,
+    seeds: usize,
+    steps: u64,
+    steps_per_s: f64,
+    /// Whether the pace was measured, or is that of the variants before.
+    measured: bool,
+    /// Of one run.
+    duration_s: f64,
+}
+
+/// The runs of a sweep, and how long they would take.
+#[derive(Debug, Serialize)]
+struct Estimate<'a> {
+    folder: &'a Path,
+    variants: Vec<Expected>,
+    jobs: usize,
+    /// Of all runs together.
+    training_s: f64,
+    /// With `jobs` at a time, if each then runs as fast as one alone.
+    duration_s: f64,
+}
+
+/// What would be run and how long it would take, from the pace of the variants on this machine now; of many
+/// variants that of some tells the others'. Each variant is told as it is known.
+fn expect<'a>(
+    sweep: &Sweep,
+    jobs: usize,
+    folder: &'a Path,
+    tell: impl Fn(&Expected) -> Result<(), Failure>,
+) -> Result<Estimate<'a>, Failure> {
     let apart = sweep.variants.len().div_ceil(MOST_PACES);
-    let (mut all_s, mut rates) = (0.0, Vec::new());
+    let (mut variants, mut rates) = (Vec::new(), Vec::new());
     for (index, variant) in sweep.variants.iter().enumerate() {
         let mut trials = sweep.trials.iter().filter(|t| t.variant == index);
         let Some(trial) = trials.next() else {
@@ -113,33 +147,55 @@ pub fn estimate(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<f64, Failur
         };
         let steps = trial.experiment.curriculum.total_steps();
         let measured = index % apart == 0;
-        if measured {
+        let steps_per_s = if measured {
             let rate = steps_per_second(&trial.experiment, PACE_DURATION).map_err(Failure::run)?;
             rates.push(rate);
-        }
-        let rate = if measured {
-            rates.last().copied().unwrap_or_default()
+            rate
         } else {
             rates.iter().sum::<f64>() / rates.len() as f64
         };
-        let (trial_s, seeds) = (steps as f64 / rate, 1 + trials.count());
-        all_s += trial_s * seeds as f64;
-        output::line(&format!(
-            "{}: {seeds} seed{} of {} steps, {}{rate:.0} steps/s, {} each",
-            variant.name,
-            if seeds == 1 { "" } else { "s" },
-            count(steps),
-            if measured { "" } else { "about " },
-            duration(trial_s)
-        ))?;
+        let expected = Expected {
+            name: variant.name.clone(),
+            seeds: 1 + trials.count(),
+            steps,
+            steps_per_s,
+            measured,
+            duration_s: steps as f64 / steps_per_s,
+        };
+        tell(&expected)?;
+        variants.push(expected);
     }
+    let training_s: f64 = variants.iter().map(|v| v.duration_s * v.seeds as f64).sum();
+    Ok(Estimate {
+        folder,
+        variants,
+        jobs,
+        training_s,
+        duration_s: training_s / jobs as f64,
+    })
+}
+
+/// Says what would be run and how long it would take. Gives that time, in s.
+pub fn estimate(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<f64, Failure> {
+    let estimate = expect(sweep, jobs, folder, |v| {
+        output::line(&format!(
+            "{}: {} seed{} of {} steps, {}{:.0} steps/s, {} each",
+            v.name,
+            v.seeds,
+            if v.seeds == 1 { "" } else { "s" },
+            count(v.steps),
+            if v.measured { "" } else { "about " },
+            v.steps_per_s,
+            duration(v.duration_s)
+        ))
+    })?;
     output::line(&format!(
         "in all about {} of training: {} with {jobs} at a time, if each then runs as fast as one alone; in {}",
-        duration(all_s),
-        duration(all_s / jobs as f64),
+        duration(estimate.training_s),
+        duration(estimate.duration_s),
         folder.display()
     ))?;
-    Ok(all_s / jobs as f64)
+    Ok(estimate.duration_s)
 }
 
 /// Writes a table as text and JSON, and its figure; gives the files.

@@ -42,12 +42,9 @@ struct Spread {
 impl Spread {
     fn of(outcomes: &[Outcome]) -> Self {
         let reports = || outcomes.iter().map(|o| &o.report);
-        let evaluated = |value: fn(&RunReport) -> f64| {
-            Moments::of(reports().map(|r| (r.best_step > 0).then(|| value(r))))
-        };
         Self {
-            best_met: evaluated(|r| r.best_met as f64),
-            best_step: evaluated(|r| r.best_step as f64),
+            best_met: Moments::of(reports().map(|r| r.best_met.map(|met| met as f64))),
+            best_step: Moments::of(reports().map(|r| r.best_step.map(|step| step as f64))),
             elapsed_s: Moments::of(reports().map(|r| Some(r.elapsed_s))),
         }
     }
@@ -150,14 +147,9 @@ fn seeds_table(outcomes: &[Outcome]) -> Vec<String> {
     let mut cells = vec![titles.map(str::to_owned).to_vec()];
     for outcome in outcomes {
         let r = &outcome.report;
-        let (met, at) = if r.best_step > 0 {
-            (
-                format!("{} of {}", r.best_met, r.criteria),
-                count(r.best_step),
-            )
-        } else {
-            ("-".to_owned(), "-".to_owned())
-        };
+        let met = r.best_met.zip(r.criteria);
+        let met = met.map_or("-".to_owned(), |(met, of)| format!("{met} of {of}"));
+        let at = r.best_step.map_or("-".to_owned(), count);
         cells.push(vec![
             outcome.seed.to_string(),
             met,
@@ -210,7 +202,7 @@ fn train(
     }
 
     // The best controller stands there from the first evaluation on, the last one from a checkpoint on.
-    let name = if report.best_step > 0 {
+    let name = if report.best_step.is_some() {
         "controller.safetensors"
     } else {
         "controller-last.safetensors"
@@ -321,12 +313,10 @@ fn describe(r: &RunReport, controller: &Path) -> Result<(), Failure> {
             count(r.diverged)
         ));
     }
-    if r.best_step > 0 {
+    if let (Some(step), Some(met), Some(of)) = (r.best_step, r.best_met, r.criteria) {
         lines.push(format!(
-            "best evaluation at step {}: {} of {} criteria",
-            count(r.best_step),
-            r.best_met,
-            r.criteria
+            "best evaluation at step {}: {met} of {of} criteria",
+            count(step)
         ));
     }
     if let Some((step, after_s)) = r.accepted_at_step.zip(r.accepted_after_s) {

@@ -84,6 +84,12 @@ fn a_dry_run_says_how_long_it_takes_and_writes_nothing() {
         said.contains("ice: 1 seed of 800 steps") && said.contains("2 at a time"),
         "{said}"
     );
+    let json = place.json("sweep tiny.toml --dry-run --jobs 2 --json");
+    let ice = &json["variants"][1];
+    assert_eq!((&ice["name"], &ice["seeds"]), (&"ice".into(), &1.into()));
+    assert_eq!((&ice["steps"], &json["jobs"]), (&800.into(), &2.into()));
+    let [all, wall] = ["training_s", "duration_s"].map(|key| json[key].as_f64().unwrap());
+    assert!(all > 0.0 && wall == all / 2.0, "{json}");
     assert!(!place.path("runs").exists());
 }
 

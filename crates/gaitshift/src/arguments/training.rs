@@ -178,7 +178,7 @@ pub struct SweepArguments {
     pub part: Option<Part>,
 
     /// Only report what would be run and how long it takes on this machine
-    #[arg(long, conflicts_with_all = ["table", "json"])]
+    #[arg(long, conflicts_with = "table")]
     pub dry_run: bool,
 
     /// Only write and print the table of the results so far
