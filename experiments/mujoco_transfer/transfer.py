@@ -226,7 +226,7 @@ def main():
     parser.add_argument("--out", type=Path, default=Path("out/mujoco_transfer"), help="folder for recordings and report")
     parser.add_argument("--duration-s", type=float, default=20.0, help="duration of each steady motion in s")
     parser.add_argument("--change-after-s", type=float, default=10.0, help="when the command changes, in s")
-    parser.add_argument("--phases", type=int, default=1, help="begin each change at so many times within a second")
+    parser.add_argument("--phases", type=int, default=1, help="begin each change at so many phases of our stride")
     parser.add_argument("--contact", choices=("ours", "mujoco"), default="ours", help="as exported, or MuJoCo's default")
     parser.add_argument("--changes-only", action="store_true", help="leave the steady motions out")
     arguments = parser.parse_args()
@@ -272,9 +272,10 @@ def main():
     print("| change | begun at, s | gait before | gait after | upright, s | speed before, m/s | speed after, m/s |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     for first, last in ((0.0, 3.0), (3.0, 0.0)):
+        steps = json.loads(program("evaluate", "--json", "--omega-v", first, *chosen))["rows"][0]["step_frequency_hz"]
+        stride_s = 2.0 / steps if steps else 1.0
         for phase in range(arguments.phases):
-            # A stride lasts a second or less: so the phases cover one.
-            at = arguments.change_after_s + phase / arguments.phases
+            at = round(arguments.change_after_s + stride_s * phase / arguments.phases, 2)
             path = out / f"mujoco_{first:g}_to_{last:g}_at_{at:g}_s.csv"
             profile = [(at, first), (at + ramp, last)]
             recording = record(biped, session, start, profile, at + ramp + 10.0, controller.name)

@@ -22,6 +22,7 @@ The folder of a run:
   controller.safetensors    the best controller so far; needs no other file
   controller-accepted.safetensors  the first that met every criterion, if there is one
   controller-last.safetensors      the one at the last checkpoint
+  controller-walk.safetensors      the walk that is rehearsed, where a phase rehearses one
   metrics.csv, events.out.tfevents.*   progress of training, also for `tensorboard --logdir runs`
   episodes.csv, returns.svg, .png      every episode, and their returns as a figure
   evaluations.jsonl         every evaluation in full, one JSON object per line
