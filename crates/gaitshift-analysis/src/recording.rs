@@ -73,10 +73,6 @@ pub fn is_extra(column: &str) -> bool {
 pub mod ended_by {
     /// The motion was to last this long and did.
     pub const TIME_LIMIT: &str = "time limit";
-    /// The trunk pitched beyond its limit.
-    pub const PITCH: &str = "pitch";
-    /// The hip sank below its limit.
-    pub const HIP_HEIGHT: &str = "hip height";
     /// The simulated state stopped being finite or plausible.
     pub const DIVERGED: &str = "diverged";
     /// A reward term or a rule of one's own had no finite value.

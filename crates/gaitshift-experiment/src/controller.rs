@@ -144,9 +144,17 @@ impl Controller {
             .unwrap_or_else(|| path.to_owned())
     }
 
+    /// The run's folder that a path stands for where a controller is asked for, if it is one: not a controller's file, and not the
+    /// name of one that comes with the program, whatever folder has that name.
+    pub fn run_of(path: &Path) -> Option<&Path> {
+        let is_run = !Self::is_name(path) && path.join("config.toml").is_file();
+        is_run.then_some(path)
+    }
+
     /// Whether a path is a run's folder whose controller was never evaluated: what stands for it is the last one, not the best.
     pub fn is_unevaluated(path: &Path) -> bool {
-        path.is_dir() && Self::file_of(path).ends_with("controller-last.safetensors")
+        let is_folder = !Self::is_name(path) && path.is_dir();
+        is_folder && Self::file_of(path).ends_with("controller-last.safetensors")
     }
 
     /// Reads the bytes of a file; `path` names it in errors.

@@ -46,5 +46,4 @@ pub use sweep::{
     Estimate, EvaluationSummary, Sweep, SweepReport, SweepTable, Trial, TrialSummary, Variant,
     VariantSummary, folder_name, sweep_command,
 };
-pub use tensorboard::EventWriter;
-pub use training::{Observer, Parts, Progress, RunReport, Training, task_mirror};
+pub use training::{Observer, Parts, Progress, RunReport, Training};

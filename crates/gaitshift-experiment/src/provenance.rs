@@ -49,9 +49,10 @@ pub fn portable_path(path: &Path) -> String {
 
 fn portable_word(word: &OsStr) -> String {
     let text = word.to_string_lossy();
-    match text.split_once('=') {
-        Some((option, value)) if option.starts_with("--") => {
-            format!("{option}={}", portable_path(Path::new(value)))
+    // An option and its value, or a key and its value, or both: `--set=KEY=VALUE`.
+    match text.rsplit_once('=') {
+        Some((key, value)) if !key.starts_with(['/', '\\']) => {
+            format!("{key}={}", portable_path(Path::new(value)))
         }
         _ => portable_path(Path::new(word)),
     }

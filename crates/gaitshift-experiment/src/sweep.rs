@@ -240,10 +240,10 @@ impl Sweep {
     /// one for each trial as it begins.
     ///
     /// A trial that was stopped goes on from its checkpoint. When an observer asks to stop, its trial writes a
-    /// checkpoint, and no further trial begins.
+    /// checkpoint, and no further trial begins. A trial that fails does not keep the others from being run.
     ///
     /// # Errors
-    /// The first trial that cannot be run; the others that are running come to their end first.
+    /// A folder that holds a run of other settings; the trials that are running come to their end first.
     pub fn run<O: Observer>(
         &self,
         folder: &Path,
@@ -260,27 +260,27 @@ impl Sweep {
                     return;
                 };
                 let at = folder.join(&trial.folder);
-                let result = match trial.is_finished(&at) {
-                    Ok(true) => Ok(None),
-                    Ok(false) => {
+                let result = trial.is_finished(&at).map(|finished| {
+                    (!finished).then(|| {
                         let settings = self.settings(trial);
-                        trial
-                            .run(&at, command, &settings, &mut observer(trial))
-                            .map(Some)
-                    }
-                    Err(error) => Err(error),
-                };
+                        trial.run(&at, command, &settings, &mut observer(trial))
+                    })
+                });
                 let mut outcome = outcome.lock().unwrap_or_else(|e| e.into_inner());
                 let end = match result {
                     Ok(None) => {
                         outcome.0.skipped += 1;
                         false
                     }
-                    Ok(Some(report)) if report.finished => {
-                        outcome.0.finished += 1;
+                    Ok(Some(Ok(report))) => {
+                        outcome.0.finished += usize::from(report.finished);
+                        !report.finished
+                    }
+                    Ok(Some(Err(error))) => {
+                        let failed = format!("{}: {error}", trial.folder.display());
+                        outcome.0.failed.push(failed);
                         false
                     }
-                    Ok(Some(_)) => true,
                     Err(error) => {
                         outcome.1.get_or_insert(error);
                         true
@@ -323,12 +323,14 @@ impl Sweep {
 }
 
 /// What became of a sweep's trials.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct SweepReport {
     /// Trials that came to their end.
     pub finished: usize,
     /// Trials that had come to their end before.
     pub skipped: usize,
+    /// Trials that failed, each with its folder and why.
+    pub failed: Vec<String>,
 }
 
 impl Trial {

@@ -131,6 +131,18 @@ fn mistakes_are_reported_with_file_and_key() {
             "[task.reward.extra.smooth]\nweight = 1.0",
             vec!["mine.toml", "extra"],
         ),
+        // It was written into the run's configuration, which could not be read again.
+        ("seed = 9223372036854775808", vec!["mine.toml", "seed"]),
+        // The horizon on the way from an infinite one was not a number, which only the first step said.
+        (
+            "[learner]\ngamma = 1.0\n[curriculum.phases.II]\nlearner_end = { horizon = 50.0 }",
+            vec!["mine.toml", "phases[2].learner_end", "horizon", "gamma"],
+        ),
+        // It asked for more memory than there is, and was killed.
+        (
+            "[learner]\nbatch_size = 65536\ncritic_hidden = [2048, 2048]",
+            vec!["mine.toml", "batch_size", "smaller"],
+        ),
         (
             "[body]\nfrikction = 1.0",
             vec!["mine.toml", "frikction", "friction"],

@@ -148,6 +148,15 @@ fn a_command_line_loses_the_places_of_the_machine_it_was_given_on() {
         "gaitshift train fast --out runs/a"
     );
     assert_eq!(line(&["train", "/"]), "gaitshift train /");
+    let key = "training.warm_start.controller";
+    assert_eq!(
+        line(&["train", "--set", &format!("{key}=/home/ann/x.safetensors")]),
+        format!("gaitshift train --set {key}=x.safetensors")
+    );
+    assert_eq!(
+        line(&["train", &format!("--set={key}=/home/ann/x.safetensors")]),
+        format!("gaitshift train --set={key}=x.safetensors")
+    );
     assert_eq!(
         line(&["train", "it's", ""]),
         r"gaitshift train 'it'\''s' ''"

@@ -43,7 +43,7 @@ fn robust_begins_as_fast_does() {
     let (as_fast, more) = robust.curriculum.phases.split_at(3);
     assert_eq!(as_fast, fast.curriculum.phases);
     assert!(more.len() == 1 && more[0].randomization.is_some());
-    let randomized = |step| robust.curriculum.randomization_so_far(step).is_some();
+    let randomized = |step| robust.curriculum.randomizes_by(step);
     assert!(!randomized(9_499_999) && randomized(9_500_000) && randomized(20_000_000));
 }
 

@@ -359,7 +359,7 @@ fn stopped_and_gone_on_with_it_ends_in_the_same_bits_and_nothing_is_run_twice() 
     let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let all = SweepReport {
         finished: 4,
-        skipped: 0,
+        ..SweepReport::default()
     };
     assert_eq!(run(&sweep, whole.path(), 2, u64::MAX), all);
 
@@ -381,8 +381,8 @@ fn stopped_and_gone_on_with_it_ends_in_the_same_bits_and_nothing_is_run_twice() 
     );
 
     let nothing_left = SweepReport {
-        finished: 0,
         skipped: 4,
+        ..SweepReport::default()
     };
     assert_eq!(run(&sweep, whole.path(), 2, u64::MAX), nothing_left);
 }
@@ -408,20 +408,23 @@ fn a_folder_with_a_run_of_other_settings_is_not_taken_for_a_trial() {
     );
 }
 
-/// A run whose checkpoint somebody had removed to save space was deleted with all that it had written.
+/// A run whose checkpoint somebody had removed to save space was deleted with all that it had written; then it kept every trial behind
+/// it from being run, as a learner that diverges did.
 #[test]
-fn a_run_without_its_checkpoint_is_left_as_it_is() {
+fn a_run_without_its_checkpoint_is_left_as_it_is_and_the_others_are_run() {
     let folder = tempfile::tempdir().unwrap();
     let sweep = Sweep::parse(FILE, "tiny.toml").unwrap();
     run(&sweep, folder.path(), 1, 150);
     let trial = folder.path().join(&sweep.trials[0].folder);
     std::fs::remove_dir_all(trial.join("checkpoint")).unwrap();
     let episodes = std::fs::read(trial.join("episodes.csv")).unwrap();
-    let error = sweep
-        .run(folder.path(), 1, "", |_| StopAfter(Cell::new(u64::MAX)))
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("checkpoint"), "{error}");
+    let report = run(&sweep, folder.path(), 1, u64::MAX);
+    assert_eq!((report.finished, report.failed.len()), (3, 1), "{report:?}");
+    let failed = &report.failed[0];
+    assert!(
+        failed.contains("as-it-is") && failed.contains("checkpoint"),
+        "{failed}"
+    );
     assert_eq!(std::fs::read(trial.join("episodes.csv")).unwrap(), episodes);
 }
 

@@ -135,6 +135,9 @@ impl Batch {
             .validate(body.parameters())
             .map_err(|e| damaged(&e))?;
         let count = all.state.len();
+        if count == 0 {
+            return Err(damaged(&"it is of no environments"));
+        }
         let vector = VectorEnvironment::new(body, all.task, all.omega_v, count);
         let mut vector = disturbed(vector, all.randomization, all.disturbance)?;
         if !vector.restore(all.state) {

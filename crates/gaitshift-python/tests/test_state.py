@@ -3,6 +3,7 @@ mid-episode, randomized or disturbed too; episodes that are randomized or distur
 a seed draws without; what makes no sense is refused."""
 
 import copy
+import json
 import pickle
 
 import gymnasium
@@ -135,6 +136,10 @@ def test_a_damaged_pickle_is_refused():
     state = env.__getstate__()
     with pytest.raises(ValueError, match="saved environment"):
         env.__setstate__({**state, "_batch": state["_batch"][:-20]})
+    # One of no environments was taken, and its first step panicked.
+    empty = json.dumps({**json.loads(state["_batch"]), "state": []})
+    with pytest.raises(ValueError, match="no environments"):
+        env.__setstate__({**state, "_batch": empty})
 
 
 def test_episodes_are_randomized():

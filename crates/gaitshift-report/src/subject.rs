@@ -83,7 +83,7 @@ impl Subject {
         }
         let mut subject = Self::new(name, controller)?;
         subject.argument = Some(quoted(&portable_path(path)));
-        if !Controller::is_name(path) && path.join("config.toml").is_file() {
+        if Controller::run_of(path).is_some() {
             let run = RunName::read(path).map_err(|cause| bad(cause.to_string()))?;
             subject.name = format!("{}, seed {}", run.name, run.seed);
             (subject.group, subject.seed) = (run.name, run.seed);

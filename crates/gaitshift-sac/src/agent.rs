@@ -10,7 +10,7 @@ use crate::mirror::Mirror;
 use crate::policy::{Policy, PolicyScratch};
 use crate::random::{fill_normal, streams};
 use crate::rehearsal::{Rehearsal, Rehearsed};
-use crate::replay::{Batch, ReplayBuffer, Sampling, length};
+use crate::replay::{ReplayBuffer, Sampling, length};
 
 /// Random streams of a run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -324,17 +324,5 @@ impl Agent {
             &|chosen, batch| replay.gather_part(slots, chosen, &sampling, batch),
             Noise { next, current },
         )
-    }
-
-    /// One update with a given batch and noise, for comparison with other implementations.
-    ///
-    /// # Errors
-    /// When a slice has the wrong length, or learning diverged.
-    pub fn update_batch(
-        &mut self,
-        batch: &Batch<f32>,
-        noise: Noise<'_, f32>,
-    ) -> Result<UpdateStats, SacError> {
-        self.learner.update(batch, noise)
     }
 }

@@ -109,6 +109,13 @@ impl SacConfig {
                 hidden,
                 "layers with at most 268435456 weights between them",
             )?;
+            // Each 64 transitions of a batch have gradients of their own.
+            require(
+                weights.saturating_mul(self.batch_size.div_ceil(64)) <= 4 * WEIGHTS_MAX,
+                "batch_size",
+                &self.batch_size,
+                "smaller for networks of this size: their weights times `batch_size` / 64 at most 1073741824",
+            )?;
         }
         let rate = self.learning_rate;
         require(

@@ -200,12 +200,19 @@ impl Curriculum {
         Some(self.phases[..before].iter().map(|phase| phase.steps).sum())
     }
 
-    /// What differs from episode to episode in the latest phase with such a randomization that has begun by environment
-    /// step `step`, if one has.
-    pub fn randomization_so_far(&self, step: u64) -> Option<&Randomization> {
-        let (now, ..) = self.phase(step)?;
-        let mut latest_first = self.phases[..=now].iter().rev();
-        latest_first.find_map(|phase| phase.randomization.as_ref())
+    /// Whether a phase with a randomization has begun by environment step `step`.
+    pub fn randomizes_by(&self, step: u64) -> bool {
+        let begun = self.phase(step).map_or(0, |(now, ..)| now + 1);
+        let mut phases = self.phases[..begun].iter();
+        phases.any(|phase| phase.randomization.is_some())
+    }
+
+    /// The settings at the end of the last phase with a randomization, if there is one.
+    pub fn last_randomized(&self, reward: &RewardParameters) -> Option<PhaseSettings> {
+        let randomizes = |phase: &Phase| phase.randomization.is_some();
+        let last = self.phases.iter().rposition(randomizes)?;
+        let end: u64 = self.phases[..=last].iter().map(|phase| phase.steps).sum();
+        Some(self.at(end.saturating_sub(1), reward))
     }
 
     /// Checks every field, for training on `body` with a task of this reward.

@@ -129,7 +129,7 @@ impl Disturbance {
                     (0.0..=1e6).contains(&time),
                     &key(name),
                     time,
-                    "0 or greater",
+                    "between 0 and 1e6",
                 )?;
             }
             require(

@@ -49,7 +49,7 @@ struct Report {
 /// Runs the command.
 pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
     let experiment = train::experiment(arguments)?;
-    let seeds = train::seeds(arguments);
+    let seeds = train::seeds(arguments)?;
     let review = Review::of(&arguments.experiment, &experiment).map_err(Failure::input)?;
     let learner = &experiment.learner;
     let weights: usize = [

@@ -1,7 +1,7 @@
 //! `gaitshift compare`: controllers, runs and recordings beside each other.
 
-use crate::arguments::CompareArguments;
-use crate::evaluate;
+use crate::arguments::{CompareArguments, distinct};
+use crate::evaluate::{self, starts};
 use crate::failure::Failure;
 use crate::gaits::{self, Row};
 use crate::motion::Subject;
@@ -63,13 +63,13 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let mut folders: Vec<&Path> = Vec::new();
     for path in &a.items {
         let name = name_of(path);
-        if path.join("config.toml").is_file() {
+        if Controller::run_of(path).is_some() {
             runs.push(Run::read(path, &name)?);
             folders.push(path);
         }
         items.push((name, load(path, a)?));
     }
-    let seeds: Vec<u64> = a.seed.iter().flat_map(|s| s.0.clone()).collect();
+    let seeds = distinct(&a.seed).map_err(Failure::input)?;
     let measured: Vec<(String, Vec<Row>)> = items
         .into_iter()
         .map(|(name, item)| Ok((name, measure(item, a, &seeds)?)))
@@ -157,10 +157,7 @@ fn measure(item: Item, a: &CompareArguments, seeds: &[u64]) -> Result<Vec<Row>, 
             return Ok(vec![gaits::describe(&recording, a.settling_s)]);
         }
     };
-    let starts: Vec<Option<u64>> = match seeds {
-        [] => vec![None],
-        seeds => seeds.iter().copied().map(Some).collect(),
-    };
+    let starts = starts(seeds);
     let mut rows = Vec::new();
     for &omega_v in a.omega_v.iter().flat_map(|commands| &commands.0) {
         for &seed in &starts {

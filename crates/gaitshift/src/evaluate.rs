@@ -1,12 +1,12 @@
 //! `gaitshift evaluate`: steady motions, one row each.
 
-use crate::arguments::EvaluateArguments;
+use crate::arguments::{EvaluateArguments, distinct};
 use crate::failure::Failure;
 use crate::gaits::{Row, describe, print_gaits, print_rows};
 use crate::motion::{Subject, read_profile, write_recording};
 use crate::output;
 use crate::spread::{self, Spread};
-use gaitshift_experiment::{Check, CommandProfile, Criteria, Judgement, judge_from};
+use gaitshift_experiment::{Check, CommandProfile, Controller, Criteria, Judgement, judge_from};
 use gaitshift_figures::{SweepPoint, SweepSeries, sweep_figure};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -46,7 +46,7 @@ struct Verdicts<'a> {
 /// Runs the command.
 pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     let mut subject = Subject::load(&arguments.subject)?;
-    let seeds: Vec<u64> = arguments.seed.iter().flat_map(|s| s.0.clone()).collect();
+    let seeds = distinct(&arguments.seed).map_err(Failure::input)?;
     let disturbance = arguments.disturbances.read()?;
     if arguments.criteria.is_some() && disturbance.is_some() {
         return Err(Failure::input(
@@ -118,7 +118,7 @@ fn described(rows: &[Row], settling_s: f64) -> String {
 }
 
 /// The starts of the motions: those that seeds draw, without any the default start.
-fn starts(seeds: &[u64]) -> Vec<Option<u64>> {
+pub fn starts(seeds: &[u64]) -> Vec<Option<u64>> {
     match seeds {
         [] => vec![None],
         seeds => seeds.iter().copied().map(Some).collect(),
@@ -216,7 +216,7 @@ pub fn criteria(
     file: Option<&Path>,
     controller: Option<&Path>,
 ) -> Result<(Criteria, String), Failure> {
-    let run = controller.filter(|path| path.join("config.toml").is_file());
+    let run = controller.and_then(Controller::run_of);
     let (criteria, origin) = match (file, run) {
         (Some(file), _) => (Criteria::load(file), file.display().to_string()),
         (None, Some(run)) => (Criteria::of_run(run), format!("of {}", run.display())),

@@ -1,6 +1,6 @@
 //! `gaitshift stress`: how much a controller bears.
 
-use crate::arguments::StressArguments;
+use crate::arguments::{StressArguments, distinct};
 use crate::failure::Failure;
 use crate::motion::Subject;
 use crate::output::{self, number};
@@ -29,7 +29,7 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
         plan.omega_v = a.omega_v.iter().flat_map(|c| c.0.clone()).collect();
     }
     if !a.seed.is_empty() {
-        plan.seeds = a.seed.iter().flat_map(|s| s.0.clone()).collect();
+        plan.seeds = distinct(&a.seed).map_err(Failure::input)?;
     }
     let subject = Subject::load(&a.subject)?;
     let threads = match a.threads {

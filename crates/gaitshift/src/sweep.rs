@@ -87,11 +87,20 @@ pub fn train(
         "{} trials finished now, {} before",
         report.finished, report.skipped
     ));
+    for failed in &report.failed {
+        output::note(&format!("failed: {failed}"));
+    }
     if interrupted.load(Ordering::SeqCst) {
         output::note("stopped with checkpoints; the same command continues from them");
         return Err(Failure::Interrupted);
     }
-    Ok(())
+    match report.failed.len() {
+        0 => Ok(()),
+        failed => Err(Failure::run(format!(
+            "{failed} of {} trials failed, see above; the others are finished, and with --table their table is written",
+            sweep.trials.len()
+        ))),
+    }
 }
 
 fn default_folder(sweep: &Sweep) -> PathBuf {
@@ -149,10 +158,11 @@ fn expect<'a>(
         let measured = index % apart == 0;
         let steps_per_s = if measured {
             let rate = steps_per_second(&trial.experiment, PACE_DURATION).map_err(Failure::run)?;
-            rates.push(rate);
+            // A run that is over before it can be measured takes no time to speak of.
+            rates.extend(Some(rate).filter(|&rate| rate > 0.0));
             rate
         } else {
-            rates.iter().sum::<f64>() / rates.len() as f64
+            rates.iter().sum::<f64>() / rates.len().max(1) as f64
         };
         let expected = Expected {
             name: variant.name.clone(),
@@ -160,7 +170,11 @@ fn expect<'a>(
             steps,
             steps_per_s,
             measured,
-            duration_s: steps as f64 / steps_per_s,
+            duration_s: if steps_per_s > 0.0 {
+                steps as f64 / steps_per_s
+            } else {
+                0.0
+            },
         };
         tell(&expected)?;
         variants.push(expected);

@@ -1,6 +1,6 @@
 //! `gaitshift train`: a run from recipe to controller.
 
-use crate::arguments::TrainArguments;
+use crate::arguments::{TrainArguments, distinct};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::{Watcher, count, duration};
@@ -71,7 +71,7 @@ impl Outcome {
 /// Runs the command.
 pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
     let interrupted = catch_interrupts()?;
-    let seeds = seeds(arguments);
+    let seeds = seeds(arguments)?;
     if seeds.is_empty() {
         let (folder, training) = prepare(arguments)?;
         let outcome = train(folder, training, arguments, &interrupted)?;
@@ -86,8 +86,8 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
 }
 
 /// The seeds of --seeds.
-pub fn seeds(arguments: &TrainArguments) -> Vec<u64> {
-    arguments.seeds.iter().flat_map(|s| s.0.clone()).collect()
+pub fn seeds(arguments: &TrainArguments) -> Result<Vec<u64>, Failure> {
+    distinct(&arguments.seeds).map_err(Failure::input)
 }
 
 /// One run after the other.
@@ -114,14 +114,22 @@ fn train_seeds(
         )));
     }
     let mut outcomes: Vec<Outcome> = Vec::new();
+    let mut failed = Vec::new();
     for &seed in seeds {
         let experiment = Experiment {
             seed,
             ..experiment.clone()
         };
         let training = start(experiment, &folder(seed), arguments)?;
-        let outcome = train(folder(seed), training, arguments, interrupted)?;
-        outcomes.push(outcome);
+        // What stops one seed, such as a learner that diverged, does not stop the next.
+        match train(folder(seed), training, arguments, interrupted) {
+            Ok(outcome) => outcomes.push(outcome),
+            Err(Failure::Run(cause)) => {
+                output::note(&format!("seed {seed} failed: {cause}"));
+                failed.push(seed.to_string());
+            }
+            Err(failure) => return Err(failure),
+        }
         if interrupted.load(Ordering::SeqCst) {
             break;
         }
@@ -134,6 +142,12 @@ fn train_seeds(
         for line in seeds_table(&outcomes) {
             output::line(&line)?;
         }
+    }
+    if !failed.is_empty() {
+        let seeds = failed.join(", ");
+        return Err(Failure::run(format!(
+            "of the seeds, {seeds} failed, see above"
+        )));
     }
     match outcomes.last() {
         Some(last) => ended(interrupted, &last.report),
@@ -263,6 +277,13 @@ pub fn experiment(arguments: &TrainArguments) -> Result<Experiment, Failure> {
         experiment.learner.threads = usize::from(threads);
     }
     experiment.training.stop_when_accepted |= arguments.stop_when_accepted;
+    let seeds = seeds(arguments)?;
+    let greatest = seeds.iter().copied().max().unwrap_or(experiment.seed);
+    let seeded = Experiment {
+        seed: greatest,
+        ..experiment.clone()
+    };
+    seeded.validate("command line").map_err(Failure::input)?;
     Ok(experiment)
 }
 

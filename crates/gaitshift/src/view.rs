@@ -94,8 +94,10 @@ fn subjects(arguments: &ViewArguments) -> Result<Vec<gaitshift_view::Subject>, F
 /// The range that a run's controller was trained for, as the configuration beside it says.
 fn range_beside(controller: &Path) -> [f64; 2] {
     let config = Controller::file_of(controller).with_file_name("config.toml");
-    Experiment::load(&config.display().to_string())
-        .ok()
+    let named = Controller::is_name(controller);
+    (!named)
+        .then(|| Experiment::load(&config.display().to_string()).ok())
+        .flatten()
         .and_then(|experiment| trained_range(&experiment.curriculum))
         .unwrap_or(RECIPES_RANGE)
 }

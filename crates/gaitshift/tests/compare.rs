@@ -11,8 +11,9 @@ fn rows(value: &Value) -> &Vec<Value> {
 #[test]
 fn controllers_and_recordings_stand_in_one_table() {
     let place = Place::new();
-    // What went wrong: a folder called `shipped` hid the controller of that name.
+    // What went wrong: a folder called `shipped` hid the controller of that name; then a run in it was compared beside the controller.
     std::fs::create_dir(place.path("shipped")).unwrap();
+    place.write("shipped/config.toml", "name = 'mine'\nseed = 7\n");
     let motion = "--omega-v 0,3 --duration-s 3";
     place.stdout(&format!("evaluate {motion} --out out"));
     place.write(
@@ -35,6 +36,7 @@ fn controllers_and_recordings_stand_in_one_table() {
             "out/omega_v_3.csv"
         ]
     );
+    assert_eq!(value["runs"], serde_json::json!([]));
     // What each by itself is told.
     let alone = place.json(&format!("evaluate {motion} --json"));
     for (row, other) in [(0, 0), (1, 1), (2, 0), (3, 1), (4, 1)] {

@@ -255,6 +255,13 @@ fn several_seeds_are_trained_one_after_the_other() {
         &["runs/tiny-run-4", "--seeds"],
     );
     assert!(!place.path("runs/tiny-run-3").exists());
+    // The third run was refused after two had been trained.
+    place.refused("train tiny.toml --seeds 5-6,5", &["seed 5", "twice"]);
+    // Its configuration could not be read again.
+    place.refused(
+        "train tiny.toml --seed 9223372036854775808",
+        &["seed", "at most 9223372036854775807"],
+    );
     let reports = place.json("train tiny.toml --seeds 7-8 --steps 3000 --out o --json");
     assert_eq!(reports["runs"].as_array().unwrap().len(), 2);
     place.refused("train tiny.toml --seeds 5-1", &["--seeds"]);

@@ -33,6 +33,25 @@ impl Experiment {
             origin: origin(),
             message,
         };
+        if i64::try_from(self.seed).is_err() {
+            // The greatest number that a TOML file holds: the run's configuration could be written, but not read again.
+            return Err(value_error(format!(
+                "`seed` is {}, but it must be at most {}",
+                self.seed,
+                i64::MAX
+            )));
+        }
+        let unbounded = |phase: &Phase| {
+            self.learner.gamma >= 1.0
+                && phase.learner.get("horizon").is_none()
+                && phase.learner_end.get("horizon").is_some()
+        };
+        if let Some(i) = self.curriculum.phases.iter().position(unbounded) {
+            return Err(value_error(format!(
+                "`curriculum.phases[{i}].learner_end` has a horizon to be reached from that of `learner.gamma` = 1, which is \
+                 infinite; give its `learner` a horizon too"
+            )));
+        }
         t.rehearsal.validate().map_err(value_error)?;
         self.criteria.validate("criteria.").map_err(value_error)?;
         let walk = self.criteria.first(GaitClass::Walking);

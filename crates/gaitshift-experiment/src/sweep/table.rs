@@ -94,7 +94,7 @@ pub struct TrialSummary {
     pub elapsed_s: f64,
     /// Number of evaluations so far.
     pub evaluations: usize,
-    /// The evaluation with the highest score.
+    /// The evaluation whose controller is kept: that with the highest score, disturbed motions counted where phases randomize.
     pub best: EvaluationSummary,
     /// The last one.
     pub last: EvaluationSummary,

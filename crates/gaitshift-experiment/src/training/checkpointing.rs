@@ -13,7 +13,7 @@ use std::path::Path;
 use std::time::Instant;
 
 /// Version of [`CheckpointState`].
-const FORMAT: &str = "gaitshift-run 2";
+const FORMAT: &str = "gaitshift-run 3";
 
 /// The part of a state that is read before the rest.
 #[derive(Deserialize)]
@@ -36,6 +36,11 @@ struct CheckpointState {
     batch: BatchState,
 }
 
+/// What to do where a checkpoint cannot be used.
+const RESTORE: &str = "copy checkpoint/config.toml over it, or begin a new run";
+const DAMAGED: &str =
+    "the checkpoint is damaged, so begin a new run; controllers and logs can be used as they are";
+
 impl Training {
     /// Goes on with a run from the last checkpoint in its folder. What was edited in its `config.toml` since is applied
     /// from there on, and told by [`Training::run`].
@@ -56,7 +61,7 @@ impl Training {
         if !state.counters.are_possible(&before) {
             return Err(TrainingError::other(
                 &path,
-                "the checkpoint is damaged: its counters contradict each other".to_owned(),
+                format!("{DAMAGED}: its counters contradict each other"),
             ));
         }
         let edits = edits(&before, &experiment)?;
@@ -78,7 +83,7 @@ impl Training {
         if !training.batch.restore(state.batch) {
             return Err(TrainingError::other(
                 &path,
-                "its environments are not those of config.toml".to_owned(),
+                format!("its environments are not those of config.toml; {RESTORE}"),
             ));
         }
         training.counters = state.counters;
@@ -105,7 +110,9 @@ impl Training {
         if !same_network(&agent, &self.agent) || sizes(&replay) != sizes(&self.replay) {
             return Err(TrainingError::other(
                 folder.path(),
-                "its checkpoint is of another configuration than its config.toml".to_owned(),
+                format!(
+                    "its checkpoint is of another configuration than its config.toml; {RESTORE}"
+                ),
             ));
         }
         (self.agent, self.replay) = (agent, replay);
@@ -172,7 +179,7 @@ impl Training {
 fn read_state(path: &Path) -> Result<CheckpointState, TrainingError> {
     let error = |cause: String| TrainingError::other(path, cause);
     let text = std::fs::read_to_string(path).map_err(|e| error(e.to_string()))?;
-    let damaged = |e: serde_json::Error| error(format!("the checkpoint is damaged: {e}"));
+    let damaged = |e: serde_json::Error| error(format!("{DAMAGED}: {e}"));
     let version: Version = serde_json::from_str(&text).map_err(damaged)?;
     if version.format != FORMAT {
         return Err(error(format!(

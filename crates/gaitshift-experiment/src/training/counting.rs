@@ -29,7 +29,7 @@ pub struct Progress {
     pub mean_return: f64,
     /// Share of the last episodes that ended in a fall.
     pub fall_share: f64,
-    /// Short verdict of the last evaluation, e.g. `walks at 0, runs at 3, 31/39 criteria`.
+    /// Short verdict of the last evaluation, e.g. `31/39 criteria [0:walking Fr 0.21, 0.5:mixed Fr 0.40, ...]`.
     pub verdict: String,
 }
 
@@ -220,7 +220,6 @@ impl Training {
         row
     }
 
-    /// Called every few thousand steps.
     /// How it goes.
     pub(super) fn progress(&self) -> Progress {
         let c = &self.counters;

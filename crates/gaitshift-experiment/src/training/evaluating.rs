@@ -9,8 +9,7 @@ use crate::rehearsal::best_walk;
 use crate::run_folder::{Logs, TrainingError};
 use gaitshift_sac::{Policy, SacError};
 use gaitshift_task::{
-    ACTION_SIZE, EndReason, EnvironmentBatch, OBSERVATION_SIZE, PhaseSettings, Randomization,
-    scale_observation,
+    ACTION_SIZE, EndReason, EnvironmentBatch, OBSERVATION_SIZE, scale_observation,
 };
 use std::time::Instant;
 
@@ -98,22 +97,25 @@ impl Training {
         Ok(())
     }
 
-    /// The share of disturbed motions, the same in every evaluation, that stay up: under what the latest phase that randomizes
-    /// draws, if one has begun. What is judged undisturbed alone is at its best before it has met any disturbance.
+    /// The share of disturbed motions that stay up, once a step of a phase that randomizes has been taken: the same motions in every
+    /// evaluation, under what the last such phase of the run draws at its end. What is judged undisturbed alone is at its best
+    /// before it has met any disturbance.
     fn disturbed_survival(&self, policy: &mut Policy) -> Result<Option<f64>, TrainingError> {
         let e = &self.experiment;
-        let Some(drawn) = e.curriculum.randomization_so_far(self.counters.step) else {
+        let taken = self.counters.step.saturating_sub(1);
+        let last = e.curriculum.last_randomized(&e.task.reward);
+        let Some(mut settings) = last.filter(|_| e.curriculum.randomizes_by(taken)) else {
             return Ok(None);
         };
-        let settings = PhaseSettings {
-            randomization: Some(Randomization {
-                share: 1.0,
-                ..drawn.clone()
-            }),
-            ..e.curriculum.at(self.counters.step, &e.task.reward)
-        };
+        if let Some(drawn) = &mut settings.randomization {
+            drawn.share = 1.0;
+        }
+        settings.command.hold_periods = 0;
         let body = self.batch.body().clone();
-        let mut motions = EnvironmentBatch::new(body, e.task.clone(), DISTURBED, 0, &settings);
+        let mut task = e.task.clone();
+        let limit_s = &mut task.termination.time_limit_s;
+        *limit_s = limit_s.min(e.criteria.duration_s);
+        let mut motions = EnvironmentBatch::new(body, task, DISTURBED, 0, &settings);
         let mut observations = [0.0; DISTURBED * OBSERVATION_SIZE];
         let mut actions = [0.0; DISTURBED * ACTION_SIZE];
         let mut ended = [None; DISTURBED];

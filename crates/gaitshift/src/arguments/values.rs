@@ -52,6 +52,20 @@ pub fn commands(text: &str) -> Result<Commands, String> {
     ))
 }
 
+/// The seeds of a list, each once.
+///
+/// # Errors
+/// A seed that is there twice: its motions or its run would count twice.
+pub fn distinct(lists: &[Seeds]) -> Result<Vec<u64>, String> {
+    let seeds: Vec<u64> = lists.iter().flat_map(|list| list.0.clone()).collect();
+    let mut sorted = seeds.clone();
+    sorted.sort_unstable();
+    match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(format!("seed {} is given twice; give it once", pair[0])),
+        None => Ok(seeds),
+    }
+}
+
 /// `7`, `1..12` or `1-12`, both ends included.
 pub fn seeds(text: &str) -> Result<Seeds, String> {
     let whole = |text: &str| {
