@@ -63,6 +63,21 @@ pub struct RecordingMetadata {
     pub ground: Option<Vec<[f64; 2]>>,
 }
 
+impl RecordingMetadata {
+    /// The points of the ground, if it is not flat. What a file says need not be ground: then there are none.
+    pub fn ground_to_draw(&self) -> Option<&[[f64; 2]]> {
+        let sound = |points: &&[[f64; 2]]| {
+            points.len() > 1
+                && points.iter().flatten().all(|v| v.abs() <= GREATEST_M)
+                && points.windows(2).all(|p| p[0][0] <= p[1][0])
+        };
+        self.ground.as_deref().filter(sound)
+    }
+}
+
+/// Beyond this, in m, there is no ground to draw.
+const GREATEST_M: f64 = 1e6;
+
 /// Whether a column holds a reward term of one's own.
 pub fn is_extra(column: &str) -> bool {
     let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';

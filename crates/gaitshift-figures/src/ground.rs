@@ -4,8 +4,6 @@ use gaitshift_analysis::Recording;
 
 /// Heights are averaged over this far to both sides, in m, where a picture follows the ground.
 const HALF_WIDTH_M: f64 = 0.75;
-/// Beyond this, in m, there is nothing to draw.
-const GREATEST_M: f64 = 1e6;
 /// Points of that average.
 const POINTS: i32 = 30;
 
@@ -15,14 +13,7 @@ pub(crate) struct Ground<'a>(Option<&'a [[f64; 2]]>);
 
 impl<'a> Ground<'a> {
     pub fn of(recording: &'a Recording) -> Self {
-        let points = recording.metadata.ground.as_deref();
-        // What a file says need not be ground: then none is drawn.
-        let sound = |points: &&[[f64; 2]]| {
-            points.len() > 1
-                && points.iter().flatten().all(|v| v.abs() <= GREATEST_M)
-                && points.windows(2).all(|p| p[0][0] <= p[1][0])
-        };
-        Self(points.filter(sound))
+        Self(recording.metadata.ground_to_draw())
     }
 
     /// Whether nothing is said of it: it is flat at height 0.

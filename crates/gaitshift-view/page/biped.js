@@ -45,10 +45,34 @@ function strokeLine(context, points, colour, width) {
   context.stroke();
 }
 
-// From metres to pixels: x_m is shown at `left`, the ground at `ground`.
+// From metres to pixels: xM is shown at `left`, the mean height of the ground around it at `ground`. `points` of the ground, if it is not flat.
 class View {
-  constructor(xM, left, ground, scale) { Object.assign(this, { xM, left, ground, scale }); }
-  place([x, z]) { return [this.left + (x - this.xM) * this.scale, this.ground - z * this.scale]; }
+  constructor(points, xM, left, ground, scale) {
+    Object.assign(this, { points, xM, left, ground, scale, zM: groundLevel(points, xM) });
+  }
+  onGround(x) { return this.place([x, groundHeight(this.points, x)]); }
+  place([x, z]) { return [this.left + (x - this.xM) * this.scale, this.ground - (z - this.zM) * this.scale]; }
+}
+
+// Height of the ground at x, in m: straight lines between and beyond its points, 0 without any.
+function groundHeight(points, x) {
+  if (!points) return 0;
+  let low = 1, high = points.length - 1;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (points[middle][0] > x) high = middle; else low = middle + 1;
+  }
+  const [x0, z0] = points[low - 1], [x1, z1] = points[low];
+  return x1 > x0 ? z0 + (z1 - z0) * (x - x0) / (x1 - x0) : z1;
+}
+
+// Its mean height around x: what the eye follows without jumping over steps.
+const AROUND_M = 0.75, AROUND_POINTS = 30;
+function groundLevel(points, x) {
+  if (!points) return 0;
+  let sum = 0;
+  for (let k = -AROUND_POINTS; k <= AROUND_POINTS; k++) sum += groundHeight(points, x + AROUND_M * k / AROUND_POINTS);
+  return sum / (2 * AROUND_POINTS + 1);
 }
 
 function sphereCenter(body, psi, foot, index) {
@@ -146,7 +170,7 @@ function drawBiped(context, view, body, weightN, pose) {
       const centre = sphereCenter(body, psi, shift, i);
       if (!lowest || centre[1] < lowest[1]) lowest = centre;
     }
-    const foot = view.place([pose.x + lowest[0], 0]);
+    const foot = view.onGround(pose.x + lowest[0]);
     const scale = perNewton * Math.min(4 * weightN / Math.hypot(up, forward), 1);
     arrow(context, foot, [forward * scale, -up * scale], ink.arrow, 2.6);
     context.beginPath();
@@ -160,21 +184,26 @@ function drawBiped(context, view, body, weightN, pose) {
 
 // The ground with a post every metre, so that motion over it is seen.
 function drawGround(context, view, top, width, bottom) {
+  const from = view.xM - view.left / view.scale, to = from + width / view.scale;
+  const corners = (view.points || []).filter(([x]) => from < x && x < to).map((point) => view.place(point));
+  const surface = [view.onGround(from), ...corners, view.onGround(to)];
+  const depth = Math.min(24, bottom - view.ground), down = ([x, y]) => [x, view.points ? bottom : y + depth];
+  path(context, [...surface, down(surface.at(-1)), down(surface[0])], true);
   context.fillStyle = ink.soil;
-  context.fillRect(0, view.ground, width, Math.min(24, bottom - view.ground));
-  const first = Math.floor((view.xM - view.left / view.scale) * 4), count = Math.min(Math.ceil(4 * width / view.scale) + 2, 2000);
+  context.fill();
+  const first = Math.floor(from * 4), count = Math.min(Math.ceil(4 * width / view.scale) + 2, 2000);
   context.font = "10px system-ui, sans-serif";
   context.textAlign = "center";
   for (let quarter = first; quarter <= first + count; quarter++) {
-    const [x] = view.place([quarter / 4, 0]);
+    const [x, y] = view.onGround(quarter / 4);
     if (quarter % 4 === 0) {
-      strokeLine(context, [[x, top], [x, view.ground]], ink.post, 1.5);
-      strokeLine(context, [[x, view.ground], [x, view.ground + 8]], ink.mark, 1.6);
+      strokeLine(context, [[x, top], [x, y]], ink.post, 1.5);
+      strokeLine(context, [[x, y], [x, y + 8]], ink.mark, 1.6);
       context.fillStyle = ink.quiet;
-      context.fillText(quarter / 4 + " m", x, view.ground + 19);
+      context.fillText(quarter / 4 + " m", x, y + 19);
     } else {
-      strokeLine(context, [[x, view.ground], [x, view.ground + 4.5]], ink.mark, 1);
+      strokeLine(context, [[x, y], [x, y + 4.5]], ink.mark, 1);
     }
   }
-  strokeLine(context, [[0, view.ground], [width, view.ground]], ink["soil-edge"], 1.6);
+  strokeLine(context, surface, ink["soil-edge"], 1.6);
 }

@@ -18,7 +18,7 @@ function decode(series) {
   data.columns.forEach((series, k) => { track.column[track.names[k]] = decode(series); });
   track.phases = data.phases;
   track.figures = data.figures.map(([time, gait, speed, froude, cost]) => ({ time, gait, speed, froude, cost }));
-  bipeds = [{ name: data.controller, body: data.body, weight: data.weight_n, track }];
+  bipeds = [{ name: data.controller, body: data.body, weight: data.weight_n, ground: data.ground, track }];
   $("who").textContent = data.controller;
   replay.first = track.time[0];
   replay.last = track.last;

@@ -1,7 +1,7 @@
 // The stage with one or two bipeds, and the figures above it.
 const $ = (id) => document.getElementById(id);
 const stageCanvas = $("stage");
-let bipeds = []; // {body, weight, track, name}
+let bipeds = []; // {body, weight, track, name, ground}: points [x, z] of the ground, nothing where it is flat
 let views = [];  // how each was drawn last, for pushes by hand
 
 function drawStage(time) {
@@ -13,7 +13,7 @@ function drawStage(time) {
     if (!pose) return;
     const top = k * lane, ground = top + lane - 28;
     const scale = Math.min((lane - 40) / (1.32 * biped.body.leg_length_m), width / (2.2 * biped.body.leg_length_m));
-    const view = new View(pose.x, width * 0.46, ground, scale);
+    const view = new View(biped.ground, pose.x, width * 0.46, ground, scale);
     context.save();
     context.beginPath();
     context.rect(0, top, width, lane);

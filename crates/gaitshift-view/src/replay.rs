@@ -35,6 +35,8 @@ struct Replay {
     control_period_s: f64,
     body: BodyParameters,
     weight_n: f64,
+    /// Points `[x, z]`, m; none where it is flat.
+    ground: Option<Vec<[f64; 2]>>,
     time_s: Series,
     columns: Vec<Series>,
     /// The last columns, of the reward terms of one's own.
@@ -79,6 +81,7 @@ pub fn replay_html(recording: &Recording) -> Result<String, String> {
         controller: metadata.controller.clone(),
         control_period_s: metadata.control_period_s,
         weight_n,
+        ground: metadata.ground_to_draw().map(<[_]>::to_vec),
         time_s: series(recording.column(column::TIME_S), 1e-5),
         columns,
         own_columns,

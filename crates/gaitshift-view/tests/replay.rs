@@ -26,6 +26,18 @@ fn the_page_is_complete_small_and_fetches_nothing() {
 }
 
 #[test]
+fn the_ground_of_the_recording_is_in_the_page() {
+    let mut sloped = recording(1.0);
+    assert!(replay_html(&sloped).unwrap().contains("\"ground\":null"));
+    sloped.metadata.ground = Some(vec![[0.0, 0.0], [2.0, 0.25]]);
+    let html = replay_html(&sloped).unwrap();
+    assert!(html.contains("\"ground\":[[0.0,0.0],[2.0,0.25]]"));
+    // What is no ground is not drawn.
+    sloped.metadata.ground = Some(vec![[1.0, 0.0], [0.0, f64::NAN]]);
+    assert!(replay_html(&sloped).unwrap().contains("\"ground\":null"));
+}
+
+#[test]
 fn no_name_breaks_out_of_the_page() {
     let mut named = recording(1.0);
     named.metadata.controller = "</script><script>alert(1)</script>{{tail}}<!--".to_owned();

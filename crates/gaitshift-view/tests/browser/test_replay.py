@@ -1,6 +1,7 @@
 """Contract: a recording becomes one page that plays, scrubs and shows the strips without a server, fetches nothing, and is
 small enough to mail; `gaitshift view RECORDING` serves the same page."""
 
+import math
 import subprocess
 
 import pytest
@@ -13,6 +14,24 @@ def recording(program, tmp_path_factory):
     command = [program, "transition", "--start-s", "6", "--after-s", "6", "--out", folder]
     subprocess.run(command, check=True, capture_output=True)
     return folder / "recording.csv"
+
+
+# A biped on a slope climbed off the ground that was drawn, which was flat.
+def test_the_ground_is_that_of_the_recording(program, tab, tmp_path):
+    def surface(*words):
+        command = [program, "evaluate", "--omega-v", "1", "--duration-s", "6", "--out", tmp_path, *words]
+        subprocess.run(command, check=True, capture_output=True)
+        html = tmp_path / "motion.html"
+        subprocess.run([program, "export", "html", tmp_path / "omega_v_1.csv", "--out", html], check=True, capture_output=True)
+        page = tab(html.as_uri())
+        page.evaluate("() => { const s = document.getElementById('scrub'); s.value = 5; s.dispatchEvent(new Event('input')); }")
+        page.wait_for_timeout(300)
+        return page.evaluate("""() => { const { ground } = window.gaitshift.bipeds[0];
+            const view = new View(ground, 3, 0, 100, 50); return [2.5, 3, 3.5].map((x) => view.onGround(x)[1]); }""")
+
+    assert surface() == [100, 100, 100]
+    left, middle, right = surface("--slope", "3deg")
+    assert abs(middle - 100) < 0.1 and abs(left - right - 50 * math.tan(math.radians(3))) < 0.1
 
 
 @pytest.mark.parametrize("served", [False, True])
