@@ -15,7 +15,7 @@ const WORDS = {
     saving: "making the file …", saved: "saved",
     play: "play", stop: "stop", scrubLabel: "time in the recording",
     body: "Body", bodyReset: "reset", first: "first", second: "second", stripsLabel: "Support, energies, speed, cost and reward over time",
-    support: "support", right: "right", left: "left", energies: "energies minus their means", kinetic: "kinetic", gravitational: "gravitational",
+    support: "support", right: "right", left: "left", energies: "energy − mean", kinetic: "kinetic", gravitational: "gravitational",
     elastic: "elastic", reward: "reward per control period", costShort: "cost of transport", timeAxis: "time (s)",
     rEnergy: "energy", rVelocity: "velocity", rForward: "forward", rAlive: "alive", rLeg: "leg", rFriction: "friction", rWork: "work",
     command: "command", trained: "trained",
