@@ -9,7 +9,7 @@ use crate::biped;
 use crate::canvas::{Anchor, Canvas, TextStyle};
 use crate::ground::Ground;
 use crate::motion::{LegPose, Pose};
-use crate::scenery::{self, WIDTH};
+use crate::scenery::{self, HIP, WIDTH};
 use crate::style::{QUIET, TEXT};
 use crate::{FigureError, raster};
 
@@ -126,6 +126,8 @@ impl<'a> Frames<'a> {
 pub struct Snapshot<'a> {
     /// The body.
     pub body: &'a BodyParameters,
+    /// Points `[x, z]` of the ground, in m, with straight lines between and beyond them; none where it is flat.
+    pub ground: Option<&'a [[f64; 2]]>,
     /// Its state.
     pub state: &'a BodyState,
     /// Forward and upward ground reaction on the right and the left foot, in N.
@@ -162,12 +164,12 @@ impl Snapshot<'_> {
             legs: [leg(0), leg(1)],
         };
         let mut canvas = Canvas::new(WIDTH, HEIGHT);
-        let view = scenery::view_of(self.body, s.x);
+        let ground = Ground::through(self.ground);
+        let view = scenery::view_of(self.body, s.x).moved((s.x, ground.level(s.x)), HIP);
         let weight_n = self.body.total_mass_kg() * self.body.gravity_m_per_s2;
-        let flat = Ground::default();
-        scenery::draw_ground(&mut canvas, &view, &flat);
+        scenery::draw_ground(&mut canvas, &view, &ground);
         biped::draw(&mut canvas, &view, self.body, &pose);
-        scenery::draw_forces(&mut canvas, &view, self.body, &pose, weight_n, &flat);
+        scenery::draw_forces(&mut canvas, &view, self.body, &pose, weight_n, &ground);
         scenery::draw_knob(&mut canvas, &scenery::knob(&[self.omega_v]), self.omega_v);
         let figures = [
             (536.0, "speed", format!("{:.2} m/s", s.x_dot + 0.0)),

@@ -12,8 +12,13 @@ const POINTS: i32 = 30;
 pub(crate) struct Ground<'a>(Option<&'a [[f64; 2]]>);
 
 impl<'a> Ground<'a> {
+    /// That of two or more points in order; flat without any.
+    pub fn through(points: Option<&'a [[f64; 2]]>) -> Self {
+        Self(points.filter(|points| points.len() > 1))
+    }
+
     pub fn of(recording: &'a Recording) -> Self {
-        Self(recording.metadata.ground_to_draw())
+        Self::through(recording.metadata.ground_to_draw())
     }
 
     /// Whether nothing is said of it: it is flat at height 0.

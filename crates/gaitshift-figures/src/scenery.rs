@@ -33,8 +33,8 @@ pub(crate) fn view_of(body: &BodyParameters, x_m: f64) -> View {
 pub(crate) fn draw_ground(canvas: &mut Canvas, view: &View, ground: &Ground<'_>) {
     let soil = Ink::hex(0xece7df);
     let surface = Paint::stroke(Ink::hex(0x7d7468), 1.6);
-    canvas.rect(Rect::new(0.0, GROUND, WIDTH, SOIL), Paint::fill(soil));
     if ground.is_flat() {
+        canvas.rect(Rect::new(0.0, GROUND, WIDTH, SOIL), Paint::fill(soil));
         canvas.line((0.0, GROUND), (WIDTH, GROUND), surface);
     } else {
         let edge = |x: f64| view.x_m + (x - HIP) / view.scale;
@@ -58,18 +58,22 @@ pub(crate) fn draw_ground(canvas: &mut Canvas, view: &View, ground: &Ground<'_>)
     let count = (4.0 * WIDTH / view.scale).ceil().min(1000.0) as i64 + 4;
     let ink = Ink::hex(0xa39a8c);
     for quarter in first..=first + count {
-        let (x, _) = view.place((quarter as f64 / 4.0, 0.0));
+        let x_m = quarter as f64 / 4.0;
+        let (x, y) = view.place((x_m, ground.height(x_m)));
+        if y > GROUND + SOIL {
+            continue;
+        }
         if quarter % 4 == 0 {
             canvas.line(
                 (x, 84.0),
-                (x, GROUND - 0.8),
+                (x, y - 0.8),
                 Paint::stroke(Ink::hex(0xf0f0f0), 1.5),
             );
-            canvas.line((x, GROUND), (x, GROUND + 8.0), Paint::stroke(ink, 1.6));
+            canvas.line((x, y), (x, y + 8.0), Paint::stroke(ink, 1.6));
             let style = TextStyle::new(9.5, QUIET).anchor(Anchor::Middle);
-            canvas.text((x, GROUND + 18.5), &format!("{} m", quarter / 4), style);
+            canvas.text((x, y + 18.5), &format!("{} m", quarter / 4), style);
         } else {
-            canvas.line((x, GROUND), (x, GROUND + 4.5), Paint::stroke(ink, 1.0));
+            canvas.line((x, y), (x, y + 4.5), Paint::stroke(ink, 1.0));
         }
     }
 }

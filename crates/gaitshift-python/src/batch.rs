@@ -2,7 +2,7 @@
 
 use crate::controller::Controller;
 use crate::convert::{body_and_task, from_python, numbers, parameters, to_python, value_error};
-use gaitshift_body::{Body, BodyParameters, BodyState, LEFT, RIGHT};
+use gaitshift_body::{Body, BodyParameters, BodyState, LEFT, RIGHT, Terrain};
 use gaitshift_experiment::{Simulation, recording_row};
 use gaitshift_figures::Snapshot;
 use gaitshift_task::{
@@ -245,8 +245,10 @@ impl Batch {
                 let contact = body.foot_contact(state, leg);
                 (contact.tangential_n, contact.normal_n)
             });
+            let ground = body.terrain().map(Terrain::outline);
             Snapshot {
                 body: body.parameters(),
+                ground: ground.as_deref(),
                 state,
                 force_n,
                 omega_v: environment.omega_v,

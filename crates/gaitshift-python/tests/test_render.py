@@ -31,6 +31,21 @@ def test_frames_show_the_present_state():
         assert (second == colour).all(axis=2).sum() > 100
 
 
+def test_the_ground_is_that_of_the_episode():
+    # It was drawn flat, whatever the biped stood on.
+    def surface(**arguments):
+        env = gaitshift.PassiveBipedEnv(render_mode="rgb_array", **arguments)
+        env.reset(seed=1)
+        soil = (env.render() == (236, 231, 223)).all(axis=2)
+        return [int(np.flatnonzero(soil[:, column])[0]) for column in (235, 355)]
+
+    left, right = surface()
+    assert left == right
+    # What lies lower on the left was drawn as level soil.
+    left, right = surface(disturbance={"terrain": {"slope_rad": 0.1}})
+    assert abs(left - right - 120 * np.tan(0.1)) < 2
+
+
 def test_a_frame_needs_an_episode_and_a_mode():
     env = gaitshift.PassiveBipedEnv(render_mode="rgb_array")
     with pytest.raises(gymnasium.error.ResetNeeded):
