@@ -157,7 +157,8 @@ fn expect<'a>(
         let steps = trial.experiment.curriculum.total_steps();
         let measured = index % apart == 0;
         let steps_per_s = if measured {
-            let rate = steps_per_second(&trial.experiment, PACE_DURATION).map_err(Failure::run)?;
+            let rate = steps_per_second(&trial.experiment, PACE_DURATION)
+                .map_err(|cause| Failure::run(format!("variant `{}`: {cause}", variant.name)))?;
             // A run that is over before it can be measured takes no time to speak of.
             rates.extend(Some(rate).filter(|&rate| rate > 0.0));
             rate

@@ -91,6 +91,17 @@ fn a_dry_run_says_how_long_it_takes_and_writes_nothing() {
     let [all, wall] = ["training_s", "duration_s"].map(|key| json[key].as_f64().unwrap());
     assert!(all > 0.0 && wall == all / 2.0, "{json}");
     assert!(!place.path("runs").exists());
+    // Of several variants it was not said which one cannot be learned.
+    let wild = TINY.replace(
+        "set.body = { friction = 0.3 }",
+        "set.learner = { learning_rate = 1e30 }",
+    );
+    assert_ne!(wild, TINY);
+    place.write("wild.toml", wild);
+    let output = place.output("sweep wild.toml --dry-run");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("variant `ice`: update"), "{stderr}");
 }
 
 #[test]
