@@ -93,11 +93,13 @@ fn subjects(arguments: &ViewArguments) -> Result<Vec<gaitshift_view::Subject>, F
 
 /// The range that a run's controller was trained for, as the configuration beside it says.
 fn range_beside(controller: &Path) -> [f64; 2] {
+    // Beside one that comes with the program there is none, whatever the working folder holds.
+    if Controller::is_name(controller) {
+        return RECIPES_RANGE;
+    }
     let config = Controller::file_of(controller).with_file_name("config.toml");
-    let named = Controller::is_name(controller);
-    (!named)
-        .then(|| Experiment::load(&config.display().to_string()).ok())
-        .flatten()
+    Experiment::load(&config.display().to_string())
+        .ok()
         .and_then(|experiment| trained_range(&experiment.curriculum))
         .unwrap_or(RECIPES_RANGE)
 }
