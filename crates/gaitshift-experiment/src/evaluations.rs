@@ -45,6 +45,8 @@ pub struct Evaluation {
     pub score: f64,
     /// Share of disturbed motions that stay up, from the first phase with `randomization` on.
     pub disturbed_survival: Option<f64>,
+    /// How often a resumed run had edited the disturbances by which its controllers are chosen.
+    pub disturbance_edits: u32,
     /// Steady motions, one for each command, the lowest first.
     pub rows: Vec<EvaluatedMotion>,
     /// Changes of gait, one for each that was asked for.
@@ -61,6 +63,8 @@ struct Line {
     met: usize,
     score: f64,
     disturbed_survival: Option<f64>,
+    #[serde(default)]
+    disturbance_edits: u32,
     rows: Vec<EvaluatedMotion>,
     changes: Option<Vec<EvaluatedChanges>>,
     /// Before criteria could be chosen, when every evaluation asked for what it asks by default.
@@ -99,6 +103,7 @@ impl TryFrom<Line> for Evaluation {
             met: line.met,
             score: line.score,
             disturbed_survival: line.disturbed_survival,
+            disturbance_edits: line.disturbance_edits,
             rows,
             changes,
             checks: line.checks,
@@ -194,9 +199,13 @@ impl Evaluation {
             .collect()
     }
 
-    /// The best, the first of several: the run's `controller.safetensors` is its controller.
+    /// The best, the first of several: the run's `controller.safetensors` is its controller. Those under disturbances that
+    /// were edited since do not count.
     pub fn best(evaluations: &[Self]) -> Option<&Self> {
-        let rank = |e: &Self| rank(e.score, e.checks.len(), e.disturbed_survival);
+        let rank = |e: &Self| {
+            let score = rank(e.score, e.checks.len(), e.disturbed_survival);
+            (e.disturbance_edits, score)
+        };
         evaluations
             .iter()
             .reduce(|best, e| if rank(e) > rank(best) { e } else { best })

@@ -97,7 +97,12 @@ impl RunFolder {
     pub fn evaluated(&self, step: u64) -> Result<PathBuf, TrainingError> {
         let folder = self.file("controllers");
         fs::create_dir_all(&folder).map_err(io_error(&folder))?;
-        Ok(folder.join(format!("step-{step:010}.safetensors")))
+        Ok(folder.join(Self::evaluated_name(step)))
+    }
+
+    /// Its name in the folder `controllers`.
+    pub fn evaluated_name(step: u64) -> String {
+        format!("step-{step:010}.safetensors")
     }
 
     /// A file of the last complete checkpoint.
@@ -344,12 +349,27 @@ pub(crate) struct Logs {
     events_path: PathBuf,
 }
 
+/// What an evaluation says of disturbances.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(crate) struct Disturbed {
+    /// Share of disturbed motions that stay up, where any were tried.
+    #[serde(rename = "disturbed_survival", skip_serializing_if = "Option::is_none")]
+    pub survival: Option<f64>,
+    /// How often they had been edited.
+    #[serde(rename = "disturbance_edits", skip_serializing_if = "is_zero")]
+    pub edits: u32,
+}
+
+fn is_zero(count: &u32) -> bool {
+    *count == 0
+}
+
 #[derive(Serialize)]
 struct EvaluationLine<'a> {
     step: u64,
     elapsed_s: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    disturbed_survival: Option<f64>,
+    #[serde(flatten)]
+    disturbed: Disturbed,
     met: usize,
     score: f64,
     accepted: bool,
@@ -374,13 +394,13 @@ impl Logs {
         &mut self,
         step: u64,
         elapsed_s: f64,
-        disturbed_survival: Option<f64>,
+        disturbed: Disturbed,
         j: &Judgement,
     ) -> Result<(), TrainingError> {
         let line = EvaluationLine {
             step,
             elapsed_s,
-            disturbed_survival,
+            disturbed,
             met: j.met(),
             score: j.score(),
             accepted: j.accepted(),
@@ -394,7 +414,7 @@ impl Logs {
             ("evaluation/criteria_met".to_owned(), j.met() as f64),
             ("evaluation/score".to_owned(), j.score()),
         ];
-        if let Some(share) = disturbed_survival {
+        if let Some(share) = disturbed.survival {
             scalars.push(("evaluation/disturbed_survival".to_owned(), share));
         }
         for row in &j.rows {

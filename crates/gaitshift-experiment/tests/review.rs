@@ -31,15 +31,7 @@ fn recipes_are_nothing_to_warn_of_and_name_their_base() {
         experiment.learner.threads = 1;
         let review = Review::of(name, &experiment).unwrap();
         assert_eq!(review.base.as_deref(), (name == "fast").then_some("paper"));
-        let warnings = review.warnings;
-        match name {
-            // The journal version asks for commands from 0 to 2.5 only.
-            "journal" => assert!(
-                warnings.len() == 1 && warnings[0].contains("command 3"),
-                "{warnings:?}"
-            ),
-            _ => assert_eq!(warnings, Vec::<String>::new(), "{name}"),
-        }
+        assert_eq!(review.warnings, Vec::<String>::new(), "{name}");
     }
 }
 

@@ -76,6 +76,53 @@ fn where_phases_randomize_what_has_met_no_disturbance_is_not_the_best() {
     assert_eq!(best(&experiment, "plain"), 1000);
 }
 
+// The best score stayed that under the disturbances before, which no controller under harder ones could exceed.
+#[test]
+fn edited_disturbances_choose_the_best_controller_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    let mut experiment = tiny();
+    experiment.training.learning_starts = 1_000_000;
+    experiment.training.evaluation_interval_steps = 1000;
+    for phase in &mut experiment.curriculum.phases {
+        (phase.learner, phase.learner_end) = (Overrides::default(), Overrides::default());
+    }
+    let report = Training::new(experiment.clone(), &run, "")
+        .unwrap()
+        .run(&mut Until::step(3500))
+        .unwrap();
+    assert!(report.best_step == Some(3000) && report.step < 6000);
+    let before = report.step;
+    let drawn = experiment.curriculum.phases[2].randomization.as_mut();
+    drawn.unwrap().latency_s = [0.0, 0.02];
+    let edited = experiment.to_toml().unwrap();
+    std::fs::write(run.join("config.toml"), &edited).unwrap();
+    let mut until = Until::default();
+    let report = Training::resume(&run).unwrap().run(&mut until).unwrap();
+    let best = report.best_step.unwrap();
+    assert!(best > before, "{best}");
+    assert!(
+        until
+            .notes
+            .iter()
+            .any(|n| n.contains("begins anew") && n.contains("step-0000003000")),
+        "{:?}",
+        until.notes
+    );
+    let evaluations = Evaluation::read_all(&run).unwrap();
+    for e in &evaluations {
+        assert_eq!(
+            e.disturbance_edits,
+            u32::from(e.step > before),
+            "{}",
+            e.step
+        );
+    }
+    assert_eq!(Evaluation::best(&evaluations).unwrap().step, best);
+    let controller = Controller::read(&run).unwrap();
+    assert_eq!(controller.provenance.environment_steps, best);
+}
+
 #[test]
 fn threads_and_interruptions_do_not_change_a_bit() {
     let root = tempfile::tempdir().unwrap();

@@ -1,7 +1,7 @@
 //! Checkpoints: what they hold, and how a run goes on from one.
 
 use super::counting::{Counters, lap};
-use super::{Training, learner_mirror};
+use super::{NONE_YET, Training, learner_mirror};
 use crate::config::Experiment;
 use crate::durable;
 use crate::edits::{Edit, edits, is_decided};
@@ -89,6 +89,7 @@ impl Training {
         training.counters = state.counters;
         training.edits = state.edits;
         training.report_edits(&edits);
+        training.choose_anew_if_disturbed_otherwise(&before);
         training.folder.restore_best()?;
         training.folder.cut_logs(&state.logs)?;
         Ok(training)
@@ -138,6 +139,30 @@ impl Training {
         ] {
             *next = (*next).min(c.step.saturating_add(interval));
         }
+    }
+
+    /// Where the disturbances by which controllers are chosen were edited, those chosen by the ones before are no longer
+    /// comparable.
+    fn choose_anew_if_disturbed_otherwise(&mut self, before: &Experiment) {
+        let drawn = |e: &Experiment| {
+            let last = e.curriculum.last_randomized(&e.task.reward);
+            let mut drawn = last.and_then(|settings| settings.randomization)?;
+            // All motions by which is chosen are disturbed.
+            drawn.share = 1.0;
+            Some(drawn)
+        };
+        let c = &mut self.counters;
+        let chosen_by_them = before.curriculum.randomizes_by(c.step.saturating_sub(1));
+        if !chosen_by_them || c.best_step == 0 || drawn(before) == drawn(&self.experiment) {
+            return;
+        }
+        c.best_score = NONE_YET;
+        c.disturbance_edits += 1;
+        self.notes.push(format!(
+            "the disturbances by which the best controller is chosen were edited: the choice begins anew with the next \
+             evaluation, and the best so far stays as controllers/{}",
+            RunFolder::evaluated_name(c.best_step)
+        ));
     }
 
     /// Writes a checkpoint, the logs having these lengths.

@@ -85,6 +85,9 @@ pub struct Counters {
     pub best_score: f64,
     pub best_step: u64,
     pub best_met: usize,
+    /// How often the disturbances were edited by which controllers are chosen.
+    #[serde(default)]
+    pub disturbance_edits: u32,
     /// Of the best walk so far, which is kept where the walk is going to be rehearsed.
     pub walking_score: f64,
     /// Whether the time to remember the walk has come.

@@ -6,12 +6,15 @@ use crate::acceptance::{Judgement, judge};
 use crate::controller::{Controller, Deterministic};
 use crate::provenance::Provenance;
 use crate::rehearsal::best_walk;
-use crate::run_folder::{Logs, TrainingError};
+use crate::run_folder::{Disturbed, Logs, TrainingError};
 use gaitshift_sac::{Policy, SacError};
 use gaitshift_task::{
     ACTION_SIZE, EndReason, EnvironmentBatch, OBSERVATION_SIZE, scale_observation,
 };
 use std::time::Instant;
+
+/// Rank of no controller: below that of every one.
+pub(crate) const NONE_YET: f64 = -1.0;
 
 /// Motions by which it is judged how many disturbances a controller bears.
 const DISTURBED: usize = 64;
@@ -91,7 +94,11 @@ impl Training {
             c.accepted_after_s = Some(c.elapsed_s);
             controller.write(&self.folder.file("controller-accepted.safetensors"))?;
         }
-        logs.evaluation(c.step, c.elapsed_s, survival, &judgement)?;
+        let disturbed = Disturbed {
+            survival,
+            edits: c.disturbance_edits,
+        };
+        logs.evaluation(c.step, c.elapsed_s, disturbed, &judgement)?;
         observer.evaluated(&self.progress(), &judgement, best);
         lap(&mut from, &mut self.counters.parts.evaluating_s);
         Ok(())
