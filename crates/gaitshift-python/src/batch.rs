@@ -2,6 +2,7 @@
 
 use crate::controller::Controller;
 use crate::convert::{body_and_task, from_python, numbers, parameters, to_python, value_error};
+use gaitshift_analysis::recording::RecordingMetadata;
 use gaitshift_body::{Body, BodyParameters, BodyState, LEFT, RIGHT, Terrain};
 use gaitshift_experiment::{Simulation, recording_row};
 use gaitshift_figures::Snapshot;
@@ -34,6 +35,7 @@ pub struct Batch {
 /// The first environment on a page in the browser.
 #[derive(Debug)]
 struct Shown {
+    name: String,
     watched: Watched,
     stopper: Stopper,
     row: Vec<f64>,
@@ -203,9 +205,8 @@ impl Batch {
             names: Vec::new(),
         };
         let server = Server::bind(&options).map_err(|e| PyOSError::new_err(e.to_string()))?;
-        let start = BodyState::standing(body);
-        let metadata = Simulation::new(body, task, start, 0.0).metadata(name, 0);
         let own_columns = task.reward.extra.columns().collect();
+        let metadata = recording_metadata(body, task, name);
         let watched = Watched::new(name, body.parameters(), metadata, own_columns);
         let (url, stopper) = (server.url(), server.stopper());
         let show = Show::Watched(watched.clone());
@@ -214,6 +215,7 @@ impl Batch {
             .spawn(move || server.run(show))
             .map_err(|e| PyOSError::new_err(e.to_string()))?;
         self.shown = Some(Shown {
+            name: name.to_owned(),
             watched,
             stopper,
             row: Vec::new(),
@@ -309,7 +311,9 @@ impl Batch {
         let step = self.vector.reset(index, opening);
         if index == 0 {
             if let Some(shown) = &self.shown {
-                shown.watched.begin();
+                let body = self.vector.body_of(0);
+                let metadata = recording_metadata(body, self.vector.task(), &shown.name);
+                shown.watched.begin(body.parameters(), metadata);
             }
             self.show([0.0; 2], &step);
         }
@@ -490,6 +494,11 @@ impl Batch {
         }
         Ok(info)
     }
+}
+
+/// What describes a recording of a body's motion.
+fn recording_metadata(body: &Body, task: &TaskParameters, name: &str) -> RecordingMetadata {
+    Simulation::new(body, task, BodyState::standing(body), 0.0).metadata(name, 0)
 }
 
 /// Positions and velocities as the state of a body.

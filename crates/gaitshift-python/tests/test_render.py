@@ -88,13 +88,18 @@ def test_a_vector_gives_one_frame_for_each_environment():
 def test_human_mode_opens_a_page_and_keeps_real_time(monkeypatch):
     opened = []
     monkeypatch.setattr("webbrowser.open", opened.append)
-    env = gaitshift.PassiveBipedEnv(render_mode="human", task={"control_period_s": 0.01})
+    slope = {"terrain": {"slope_rad": 0.05}}
+    env = gaitshift.PassiveBipedEnv(render_mode="human", task={"control_period_s": 0.01}, disturbance=slope)
     env.reset(seed=1)
     assert opened == [env.url]
     with urllib.request.urlopen(env.url) as page:
         assert b'data-mode="watch"' in page.read()
     with connect(env.url.replace("http", "ws") + "socket") as socket:
-        assert json.loads(socket.recv(timeout=20))["type"] == "bipeds"
+        shown = json.loads(socket.recv(timeout=20))
+        assert shown["type"] == "bipeds"
+        # On the page the ground was flat.
+        (x, z), (further, higher) = shown["bipeds"][0]["ground"][-2:]
+        assert (higher - z) / (further - x) == pytest.approx(np.tan(0.05))
         begin = time.monotonic()
         for _ in range(20):
             env.step(np.zeros(2))

@@ -13,7 +13,7 @@ function hear(message) {
   if (message.type === "bipeds") {
     live.period = message.control_period_s;
     const tracks = bipeds.map((a) => a.track);
-    bipeds = message.bipeds.map((a, k) => ({ name: a.name, body: a.body, weight: a.weight_n, trained: a.trained, track: tracks[k] && `${tracks[k].own}` === `${a.own_columns}` ? tracks[k] : new Track(a.own_columns) }));
+    bipeds = message.bipeds.map((a, k) => ({ name: a.name, body: a.body, ground: a.ground, weight: a.weight_n, trained: a.trained, track: tracks[k] && `${tracks[k].own}` === `${a.own_columns}` ? tracks[k] : new Track(a.own_columns) }));
     begin(message.epoch);
     $("who").textContent = message.bipeds.map((a) => a.name).join(" · ");
     $("which").hidden = bipeds.length < 2;

@@ -110,6 +110,9 @@ pub(crate) struct BipedsMessage<'a> {
 #[derive(Debug, Serialize)]
 pub(crate) struct BipedMessage<'a> {
     pub name: &'a str,
+    /// Points of the ground as (x, height), in m, where it is not flat.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground: Option<&'a [[f64; 2]]>,
     pub trained: [f64; 2],
     pub body: &'a gaitshift_body::BodyParameters,
     pub given: &'a gaitshift_body::BodyParameters,
@@ -124,6 +127,7 @@ impl<'a> BipedsMessage<'a> {
             let body = a.parameters();
             BipedMessage {
                 name: &a.subject.name,
+                ground: None,
                 trained: a.subject.trained,
                 body,
                 given: a.subject.body.parameters(),

@@ -29,16 +29,16 @@ pub struct Watched {
 #[derive(Debug)]
 struct Inner {
     name: String,
-    body: BodyParameters,
-    metadata: RecordingMetadata,
     columns: Vec<Column>,
     own_columns: Vec<String>,
     sender: broadcast::Sender<Message>,
     state: Mutex<State>,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct State {
+    body: BodyParameters,
+    metadata: RecordingMetadata,
     epoch: u32,
     count: u64,
     rows: VecDeque<f64>,
@@ -55,12 +55,16 @@ impl Watched {
         Self {
             shared: Arc::new(Inner {
                 name: name.to_owned(),
-                body: body.clone(),
-                metadata,
                 columns: sample_columns(),
                 own_columns,
                 sender: broadcast::channel(MOST_WAITING).0,
-                state: Mutex::default(),
+                state: Mutex::new(State {
+                    body: body.clone(),
+                    metadata,
+                    epoch: 0,
+                    count: 0,
+                    rows: VecDeque::new(),
+                }),
             }),
         }
     }
@@ -72,11 +76,17 @@ impl Watched {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A motion begins: what is pushed from here on does not go on from what was before.
-    pub fn begin(&self) {
+    /// A motion begins, of a body and on a ground that may be others: what is pushed from here on does not go on from
+    /// what was before.
+    pub fn begin(&self, body: &BodyParameters, metadata: RecordingMetadata) {
         let mut state = self.state();
         state.epoch += 1;
         state.rows.clear();
+        (state.body, state.metadata) = (body.clone(), metadata);
+        if let Some(text) = self.bipeds(&state) {
+            // Nobody has to look.
+            let _ = self.shared.sender.send(text);
+        }
     }
 
     /// Shows the next row, in the order of the recording's columns and then of one's own.
@@ -112,7 +122,7 @@ impl Watched {
     }
 
     fn figures(&self, state: &State) -> Option<Message> {
-        let mut recording = Recording::new(self.shared.metadata.clone());
+        let mut recording = Recording::new(state.metadata.clone());
         let width = self.width();
         let mut row = Vec::with_capacity(COLUMNS.len());
         for k in 0..state.rows.len() / width {
@@ -135,13 +145,14 @@ impl Watched {
         })
     }
 
-    fn bipeds(&self) -> Option<Message> {
-        let Inner { name, body, .. } = &*self.shared;
+    fn bipeds(&self, state: &State) -> Option<Message> {
+        let State { body, metadata, .. } = state;
         text(&BipedsMessage {
-            epoch: self.state().epoch,
-            control_period_s: self.shared.metadata.control_period_s,
+            epoch: state.epoch,
+            control_period_s: metadata.control_period_s,
             bipeds: vec![BipedMessage {
-                name,
+                name: &self.shared.name,
+                ground: metadata.ground_to_draw(),
                 trained: crate::RECIPES_RANGE,
                 body,
                 given: body,
@@ -157,7 +168,7 @@ impl Watched {
     pub(crate) async fn serve(&self, socket: WebSocket) {
         let (mut sink, mut stream) = socket.split();
         let mut motion = self.shared.sender.subscribe();
-        let mut next = self.bipeds();
+        let mut next = self.bipeds(&self.state());
         loop {
             if let Some(message) = next.take() {
                 match timeout(SEND_TIMEOUT, sink.send(message)).await {
