@@ -39,7 +39,7 @@ struct CheckpointState {
 /// What to do where a checkpoint cannot be used.
 const RESTORE: &str = "copy checkpoint/config.toml over it, or begin a new run";
 const DAMAGED: &str =
-    "the checkpoint is damaged, so begin a new run; controllers and logs can be used as they are";
+    "so the checkpoint is damaged: begin a new run; controllers and logs can be used as they are";
 
 impl Training {
     /// Goes on with a run from the last checkpoint in its folder. What was edited in its `config.toml` since is applied
@@ -61,7 +61,7 @@ impl Training {
         if !state.counters.are_possible(&before) {
             return Err(TrainingError::other(
                 &path,
-                format!("{DAMAGED}: its counters contradict each other"),
+                format!("its counters contradict each other, {DAMAGED}"),
             ));
         }
         let edits = edits(&before, &experiment)?;
@@ -204,7 +204,7 @@ impl Training {
 fn read_state(path: &Path) -> Result<CheckpointState, TrainingError> {
     let error = |cause: String| TrainingError::other(path, cause);
     let text = std::fs::read_to_string(path).map_err(|e| error(e.to_string()))?;
-    let damaged = |e: serde_json::Error| error(format!("{DAMAGED}: {e}"));
+    let damaged = |e: serde_json::Error| error(format!("{e}, {DAMAGED}"));
     let version: Version = serde_json::from_str(&text).map_err(damaged)?;
     if version.format != FORMAT {
         return Err(error(format!(
