@@ -217,7 +217,7 @@ impl Run {
     fn read(folder: &Path, name: &str) -> Result<Self, Failure> {
         let of = RunName::read(folder).map_err(Failure::input)?;
         let evaluations = Evaluation::read_all(folder).map_err(Failure::input)?;
-        let best = evaluations.iter().rev().max_by_key(|e| e.met);
+        let best = Evaluation::best(&evaluations);
         Ok(Self {
             name: name.to_owned(),
             experiment: of.name,
@@ -239,7 +239,7 @@ fn runs_table(runs: &[Run]) -> Vec<String> {
         "run",
         "experiment",
         "seed",
-        "most criteria",
+        "criteria, best",
         "at step",
         "trained",
     ];
