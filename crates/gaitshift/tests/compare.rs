@@ -86,6 +86,27 @@ fn runs_are_compared_by_their_course_too() {
     );
 }
 
+// The step of another evaluation was given, where one that met more criteria by chance scored less.
+#[test]
+fn the_best_is_the_evaluation_whose_controller_is_kept() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    place.stdout("train tiny.toml --out run");
+    let text = String::from_utf8(place.read("run/evaluations.jsonl")).unwrap();
+    let mut evaluations: Vec<Value> = text
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    for (evaluation, (met, score)) in evaluations.iter_mut().zip([(30, 30.5), (29, 33.5)]) {
+        (evaluation["met"], evaluation["score"]) = (met.into(), score.into());
+    }
+    let lines: Vec<String> = evaluations.iter().map(|e| format!("{e}\n")).collect();
+    place.write("run/evaluations.jsonl", lines.concat());
+    let value = place.json("compare run --omega-v 0 --duration-s 1 --json");
+    assert_eq!(value["runs"][0]["best_step"], evaluations[1]["step"]);
+    assert_eq!(value["runs"][0]["best_met"], 29);
+}
+
 // It was said to have been trained for 0 s.
 #[test]
 fn of_a_run_that_was_not_evaluated_nothing_is_said() {
