@@ -35,6 +35,15 @@ MIRRORED_OBSERVATION = [0, 1, 2, 5, 6, 3, 4, 9, 10, 7, 8, 12, 11, 13]
 MIRRORED_ACTION = [1, 0]
 
 
+def discounted(rewards: list[float], bonuses: list[float], gamma: float) -> np.ndarray:
+    """What follows each step: Q(s, a) = r + γ (bonus' + Q(s', a'))."""
+    follows, after = np.zeros(len(rewards)), 0.0
+    for k in reversed(range(len(rewards))):
+        follows[k] = rewards[k] + gamma * after
+        after = bonuses[k] + follows[k]
+    return follows
+
+
 class Agent:
     """Actor and critics of a checkpoint."""
 
@@ -97,9 +106,8 @@ class Run:
         self.agent = Agent(folder)
         # Long enough that a time limit cuts little off what is compared.
         self.tail = math.ceil(math.log(MISSING) / math.log(self.agent.gamma))
-        self.limit = self.tail + 500
-        period_s = task["control_period_s"]
-        task = task | {"reward": reward, "termination": task["termination"] | {"time_limit_s": self.limit * period_s}}
+        limit_s = (self.tail + 500) * task["control_period_s"]
+        task = task | {"reward": reward, "termination": task["termination"] | {"time_limit_s": limit_s}}
         self.env = gaitshift.PassiveBipedEnv(body=self.config["body"], task=task)
 
     def common_factor(self, omega_v: float) -> float:
@@ -120,11 +128,7 @@ class Run:
             rewards.append(reward + symmetry * self.common_factor(omega_v))
             bonuses.append(-self.agent.alpha * log_probability)
             ended = fell or truncated
-        # Q(s, a) = r + γ (bonus' + Q(s', a')).
-        follows, after = np.zeros(len(rewards)), 0.0
-        for k in reversed(range(len(rewards))):
-            follows[k] = rewards[k] + self.agent.gamma * after
-            after = bonuses[k] + follows[k]
+        follows = discounted(rewards, bonuses, self.agent.gamma)
         count = len(rewards) if fell else len(rewards) - self.tail
         return observations[:count], actions[:count], follows[:count], fell
 
@@ -145,7 +149,7 @@ def own_motions(run: Run, motions: int) -> None:
 
 
 def others_states(run: Run, other: str, motions: int) -> None:
-    controller = gaitshift.Controller.shipped() if other == "shipped" else gaitshift.Controller.load(other)
+    controller = gaitshift.Controller.load(other)
     held = max(1, round(controller.control_period_s / run.config["task"]["control_period_s"]))
     between = round(0.5 / run.config["task"]["control_period_s"])
     print("\n| ω_v | the actor goes on: falls | believed | what comes | the other goes on: what comes |")
@@ -161,18 +165,16 @@ def others_states(run: Run, other: str, motions: int) -> None:
             observation, reward, fell, truncated, _ = run.env.step(action)
             rewards.append(reward)
             ended = fell or truncated
-        follows, after = np.zeros(len(rewards)), 0.0
-        for k in reversed(range(len(rewards))):
-            follows[k] = after = rewards[k] + run.agent.gamma * after
-        usable = range(2 * between, len(rewards) if fell else len(rewards) - run.tail, between)
+        follows = discounted(rewards, [0.0] * len(rewards), run.agent.gamma)
+        usable = range(2 * between, len(rewards) if fell else len(rewards) - run.tail, between)[:motions]
         believed, comes, falls = [], [], 0
-        for k in list(usable)[:motions]:
+        for k in usable:
             observations, actions, own, fell = run.motion(omega_v, rng, state=states[k])
             believed.append(run.agent.believed(observations[:1], actions[:1])[0])
             comes.append(own[0])
             falls += fell
         if believed:
-            goes_on = np.mean(follows[list(usable)[:motions]])
+            goes_on = np.mean(follows[usable])
             print(
                 f"| {omega_v:g} | {falls} of {len(believed)} | {np.mean(believed):.1f} | {np.mean(comes):.1f} | "
                 f"{goes_on:.1f} |",
@@ -185,7 +187,7 @@ def others_states(run: Run, other: str, motions: int) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("run", type=Path, help="a run's folder")
-    parser.add_argument("--other", help="a controller file or `shipped`")
+    parser.add_argument("--other", help="a controller file, `shipped` or `robust`")
     parser.add_argument("--motions", type=int, default=8, help="motions for each command")
     arguments = parser.parse_args()
     run = Run(arguments.run)
