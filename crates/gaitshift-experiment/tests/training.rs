@@ -35,18 +35,23 @@ fn without_clock(folder: &Path) -> Vec<String> {
         .collect()
 }
 
-// Judged undisturbed, a controller is at its best before it has met any disturbance: that of a run with a last phase of
-// disturbances was the one from before it.
-#[test]
-fn where_phases_randomize_what_has_met_no_disturbance_is_not_the_best() {
-    let folder = tempfile::tempdir().unwrap();
+/// Learns nothing, so that all evaluations score the same and the first is kept.
+fn untaught() -> Experiment {
     let mut experiment = tiny();
-    // Nothing is learned, so that all evaluations score the same and the first is kept.
     experiment.training.learning_starts = 1_000_000;
     experiment.training.evaluation_interval_steps = 1000;
     for phase in &mut experiment.curriculum.phases {
         (phase.learner, phase.learner_end) = (Overrides::default(), Overrides::default());
     }
+    experiment
+}
+
+// Judged undisturbed, a controller is at its best before it has met any disturbance: that of a run with a last phase of
+// disturbances was the one from before it.
+#[test]
+fn where_phases_randomize_what_has_met_no_disturbance_is_not_the_best() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut experiment = untaught();
     let best = |experiment: &Experiment, name: &str| {
         let run = folder.path().join(name);
         let report = Training::new(experiment.clone(), &run, "")
@@ -81,12 +86,7 @@ fn where_phases_randomize_what_has_met_no_disturbance_is_not_the_best() {
 fn edited_disturbances_choose_the_best_controller_anew() {
     let folder = tempfile::tempdir().unwrap();
     let run = folder.path().join("run");
-    let mut experiment = tiny();
-    experiment.training.learning_starts = 1_000_000;
-    experiment.training.evaluation_interval_steps = 1000;
-    for phase in &mut experiment.curriculum.phases {
-        (phase.learner, phase.learner_end) = (Overrides::default(), Overrides::default());
-    }
+    let mut experiment = untaught();
     let report = Training::new(experiment.clone(), &run, "")
         .unwrap()
         .run(&mut Until::step(3500))
