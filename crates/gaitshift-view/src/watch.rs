@@ -179,7 +179,8 @@ impl Watched {
             tokio::select! {
                 message = motion.recv() => match message {
                     Ok(message) => next = Some(message),
-                    Err(broadcast::error::RecvError::Lagged(_)) => {}
+                    // What it lost may have been the beginning of another motion.
+                    Err(broadcast::error::RecvError::Lagged(_)) => next = self.bipeds(&self.state()),
                     Err(broadcast::error::RecvError::Closed) => break,
                 },
                 heard = stream.next() => match heard {
