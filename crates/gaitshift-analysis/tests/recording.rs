@@ -131,6 +131,13 @@ fn metadata_written_by_another_program_may_hold_integers_and_lack_the_row_count(
     assert_eq!(read.expect("read").metadata.leg_length_m, 1.0);
 }
 
+// Of a file that a spreadsheet had saved it was said that its first line is another.
+#[test]
+fn a_byte_order_mark_is_no_part_of_the_first_line() {
+    let read = read_changed(|text| format!("\u{feff}{text}"));
+    assert_eq!(bits(&read.expect("read")), bits(&Gait::WALK.record(0.05)));
+}
+
 #[test]
 fn foreign_files_are_refused() {
     assert!(matches!(

@@ -1,7 +1,7 @@
 //! One experiment as one TOML file: body, task, curriculum, learner and training, every value named.
 
 mod checks;
-mod digest;
+pub(crate) mod digest;
 mod names;
 mod parts;
 mod reading;
@@ -173,12 +173,14 @@ impl Experiment {
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file cannot be read.
-    #[error("cannot read {}: {source}; check the path and its permissions", path.display())]
+    #[error("cannot read {}: {source}; {remedy}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
         /// Why.
         source: std::io::Error,
+        /// What to do.
+        remedy: &'static str,
     },
     /// The text is not valid TOML, or a key is unknown or of the wrong type.
     #[error("{origin}: {message}")]

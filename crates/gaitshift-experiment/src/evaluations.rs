@@ -1,7 +1,8 @@
 //! The evaluations of a run as its folder has them: the one reader of `evaluations.jsonl`.
 
-use crate::config::{ConfigError, parse_error, read};
+use crate::config::{ConfigError, digest, parse_error, read};
 use crate::criteria::Criteria;
+use crate::provenance::portable_path;
 use crate::run_folder::{EVALUATIONS, TrainingError};
 use crate::training::rank;
 use gaitshift_analysis::GaitClass;
@@ -10,12 +11,21 @@ use std::path::Path;
 
 /// What run a folder holds, as far as tables and figures need it: also of a run of another version, whose configuration has
 /// other keys.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunName {
     /// Name of the experiment.
     pub name: String,
     /// Its seed.
     pub seed: u64,
+    /// [`Experiment::digest`](crate::Experiment::digest) of its settings.
+    pub digest: String,
+}
+
+/// The keys that must be there.
+#[derive(Deserialize)]
+struct NameAndSeed {
+    name: String,
+    seed: u64,
 }
 
 impl RunName {
@@ -25,8 +35,48 @@ impl RunName {
     /// A file that cannot be read, or has no name or no seed.
     pub fn read(run: &Path) -> Result<Self, ConfigError> {
         let path = run.join("config.toml");
-        toml::from_str(&read(&path)?)
-            .map_err(|e| parse_error(&path.display().to_string(), &e.to_string()))
+        let text = read(&path)?;
+        let bad = |e: toml::de::Error| parse_error(&path.display().to_string(), &e.to_string());
+        let NameAndSeed { name, seed } = toml::from_str(&text).map_err(bad)?;
+        let settings: toml::Value = toml::from_str(&text).map_err(bad)?;
+        Ok(Self {
+            name,
+            seed,
+            digest: digest::of(&settings),
+        })
+    }
+
+    /// Those of several runs whose statistics are taken over the seeds of an experiment. Runs that share a name but not
+    /// their settings, or not even differ in their seed, are no seeds of one experiment: the later ones have their folder
+    /// behind the name.
+    ///
+    /// # Errors
+    /// As [`RunName::read`].
+    pub fn read_all(runs: &[&Path]) -> Result<Vec<Self>, ConfigError> {
+        let mut told: Vec<Self> = Vec::new();
+        let mut experiments: Vec<(String, Self)> = Vec::new();
+        for run in runs {
+            let own = Self::read(run)?;
+            let known = experiments.iter().find(|(name, e)| {
+                (&e.name, &e.digest) == (&own.name, &own.digest)
+                    && told.iter().all(|t| (&t.name, t.seed) != (name, own.seed))
+            });
+            let name = match known {
+                Some((name, _)) => name.clone(),
+                None => {
+                    let taken = experiments.iter().any(|(name, _)| *name == own.name);
+                    let name = if taken {
+                        format!("{} ({})", own.name, portable_path(run))
+                    } else {
+                        own.name.clone()
+                    };
+                    experiments.push((name.clone(), own.clone()));
+                    name
+                }
+            };
+            told.push(Self { name, ..own });
+        }
+        Ok(told)
     }
 }
 

@@ -5,10 +5,11 @@ use crate::config::{ConfigError, Experiment};
 use crate::controller::ControllerError;
 use crate::durable;
 use crate::tensorboard::EventWriter;
+use crate::training::RunReport;
 use gaitshift_sac::SacError;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -65,6 +66,10 @@ const BEST: [&str; 3] = [
 const EVENTS: &str = "events.out.tfevents.gaitshift";
 /// One evaluation a line.
 pub(crate) const EVALUATIONS: &str = "evaluations.jsonl";
+/// How the run ended.
+pub(crate) const REPORT: &str = "report.json";
+/// Held by the process that trains the run.
+const LOCK: &str = "lock";
 /// What a run appends to.
 const LOGS: [&str; 4] = ["metrics.csv", "episodes.csv", EVALUATIONS, EVENTS];
 
@@ -130,6 +135,38 @@ impl RunFolder {
         fs::create_dir_all(&self.path).map_err(io_error(&self.path))
     }
 
+    /// Keeps other processes from training the run as long as the file that it gives is open: two would write over each
+    /// other's logs. A file system without locks gives nothing.
+    pub fn lock(&self) -> Result<Option<File>, TrainingError> {
+        let path = self.file(LOCK);
+        let mut options = OpenOptions::new();
+        options.read(true).write(true).create(true).truncate(false);
+        let mut file = options.open(&path).map_err(io_error(&path))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                let mut holder = String::new();
+                // Who holds it may just be writing its number.
+                let _ = file.read_to_string(&mut holder);
+                let holder = match holder.trim() {
+                    "" => String::new(),
+                    number => format!(" (process {number})"),
+                };
+                return Err(TrainingError::other(
+                    &self.path,
+                    format!(
+                        "is being trained by another process{holder}; wait for its end, or stop it with Ctrl-C"
+                    ),
+                ));
+            }
+            Err(TryLockError::Error(_)) => return Ok(None),
+        }
+        file.set_len(0)
+            .and_then(|()| file.write_all(format!("{}\n", std::process::id()).as_bytes()))
+            .map_err(io_error(&path))?;
+        Ok(Some(file))
+    }
+
     /// Writes the configuration, the last file of a new run: a folder without it holds none.
     pub fn write_config(&self, config: &str) -> Result<(), TrainingError> {
         let file = self.file(CONFIG);
@@ -156,6 +193,13 @@ impl RunFolder {
         let text = serde_json::to_string_pretty(value)
             .map_err(|e| TrainingError::other(path, e.to_string()))?;
         durable::write(path, text.as_bytes()).map_err(io_error(path))
+    }
+
+    /// The report of the run's end, if it ended at this step; otherwise it is that of an earlier part.
+    pub fn finished_report(&self, step: u64) -> Option<RunReport> {
+        let text = fs::read_to_string(self.file(REPORT)).ok()?;
+        let report: RunReport = serde_json::from_str(&text).ok()?;
+        (report.finished && report.step == step).then_some(report)
     }
 
     /// A checkpoint is written beside the last one and takes its place only when complete. Its state is its last file.

@@ -10,10 +10,10 @@ mod vary;
 
 pub use table::{Estimate, EvaluationSummary, SweepTable, TrialSummary, VariantSummary};
 
-use crate::config::{ConfigError, Experiment, did_you_mean, overlay};
+use crate::config::{ConfigError, Experiment, did_you_mean, overlay, read};
 use crate::durable;
 use crate::provenance::portable_command;
-use crate::run_folder::{RunFolder, TrainingError};
+use crate::run_folder::{REPORT, RunFolder, TrainingError};
 use crate::tensorboard::{Setting, settings_file};
 use crate::training::{Observer, RunReport, Training};
 use serde::Deserialize;
@@ -124,10 +124,7 @@ impl Sweep {
     /// # Errors
     /// A file that cannot be read, or as [`Sweep::parse`].
     pub fn load(path: &Path) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
-            path: path.to_owned(),
-            source,
-        })?;
+        let text = read(path)?;
         Self::parse(&text, &path.display().to_string())
     }
 
@@ -377,7 +374,7 @@ impl Trial {
 
 /// Whether the run in a folder came to its end.
 fn is_finished(folder: &Path) -> Result<bool, TrainingError> {
-    let report = folder.join("report.json");
+    let report = folder.join(REPORT);
     let Ok(text) = std::fs::read_to_string(&report) else {
         return Ok(false);
     };

@@ -15,7 +15,7 @@ use crate::acceptance::Judgement;
 use crate::config::{Experiment, Symmetry};
 use crate::controller::Controller;
 use crate::rehearsal::best_walk;
-use crate::run_folder::{LogLengths, Logs, RunFolder, TrainingError};
+use crate::run_folder::{LogLengths, Logs, REPORT, RunFolder, TrainingError};
 use collecting::Buffers;
 use counting::{Counters, lap};
 use gaitshift_body::Body;
@@ -24,7 +24,8 @@ use gaitshift_task::{
     ACTION_MIRROR, ACTION_SIZE, EnvironmentBatch, LearnerSettings, OBSERVATION_MIRROR,
     OBSERVATION_SIZE, PhaseSettings,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::fs::File;
 use std::path::Path;
 use std::time::Instant;
 
@@ -49,7 +50,7 @@ pub trait Observer {
 }
 
 /// How a run ended.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunReport {
     /// Whether all steps were taken, or the criteria met where that ends the run.
     pub finished: bool,
@@ -80,6 +81,8 @@ pub struct RunReport {
 pub struct Training {
     experiment: Experiment,
     folder: RunFolder,
+    /// Keeps other processes away.
+    _lock: Option<File>,
     command: String,
     edits: Vec<String>,
     /// What `run` tells first.
@@ -118,6 +121,7 @@ impl Training {
         let mut training = Self::prepare(experiment, RunFolder::at(folder), command)?;
         training.warm_start()?;
         training.folder.create()?;
+        training._lock = training.folder.lock()?;
         // From here on a kill loses nothing that `resume` would need.
         training.checkpoint(LogLengths::new())?;
         // The clock of the run starts with `run`.
@@ -188,6 +192,7 @@ impl Training {
             replay,
             batch,
             folder,
+            _lock: None,
             command: command.to_owned(),
             edits: Vec::new(),
             notes: Vec::new(),
@@ -224,6 +229,15 @@ impl Training {
         for note in self.notes.drain(..) {
             observer.note(&note);
         }
+        if self.is_finished() {
+            observer.note(
+                "the run has taken all its steps: nothing is left to do; more `steps` for its last phase in its config.toml would go on with it",
+            );
+            // It says more than a checkpoint does.
+            if let Some(report) = self.folder.finished_report(self.counters.step) {
+                return Ok(report);
+            }
+        }
         let mut logs = self
             .folder
             .open_logs(&counting::metrics_names(&self.experiment))?;
@@ -232,8 +246,7 @@ impl Training {
         self.counters.elapsed_s = elapsed_s();
         observer.progress(&self.progress());
         let report = self.report();
-        self.folder
-            .write_json(&self.folder.file("report.json"), &report)?;
+        self.folder.write_json(&self.folder.file(REPORT), &report)?;
         Ok(report)
     }
 

@@ -56,7 +56,7 @@ fn name_and_seed_of_a_run_are_read_whatever_its_other_keys() {
     let run = tempfile::tempdir().unwrap();
     let config = |text: &str| std::fs::write(run.path().join("config.toml"), text).unwrap();
     config("name = \"old\"\nseed = 7\n[training.schedule]\nhorizon = []\n");
-    let RunName { name, seed } = RunName::read(run.path()).unwrap();
+    let RunName { name, seed, .. } = RunName::read(run.path()).unwrap();
     assert_eq!((name.as_str(), seed), ("old", 7));
     config("seed = 7\n");
     let error = RunName::read(run.path()).unwrap_err().to_string();
@@ -87,4 +87,41 @@ fn a_line_of_before_says_the_same() {
     let without = new.replace(changes, "\"more\":1");
     let error = read(&without).unwrap_err();
     assert!(error.contains("`changes`"), "{error}");
+}
+
+// Runs with other settings, and one run twice, were taken for seeds of one experiment.
+#[test]
+fn only_seeds_of_one_experiment_share_its_name() {
+    let root = tempfile::tempdir().unwrap();
+    let run = |folder: &str, seed: u64, friction: f64| {
+        let path = root.path().join(folder);
+        std::fs::create_dir(&path).unwrap();
+        let config = format!("name = \"e\"\nseed = {seed}\n[body]\nfriction = {friction}\n");
+        std::fs::write(path.join("config.toml"), config).unwrap();
+        path
+    };
+    let runs = [
+        run("a", 1, 1.0),
+        run("b", 2, 1.0),
+        run("slippery-1", 1, 0.3),
+        run("slippery-2", 2, 0.3),
+        run("copy", 1, 1.0),
+    ];
+    let paths: Vec<&std::path::Path> = runs.iter().map(std::path::PathBuf::as_path).collect();
+    let names: Vec<String> = RunName::read_all(&paths)
+        .unwrap()
+        .into_iter()
+        .map(|run| run.name)
+        .collect();
+    assert_eq!(names[0], "e");
+    assert_eq!(names[1], "e");
+    assert!(
+        names[2].starts_with("e (") && names[2].contains("slippery-1"),
+        "{names:?}"
+    );
+    assert_eq!(names[2], names[3]);
+    assert!(
+        names[4].starts_with("e (") && names[4].contains("copy"),
+        "{names:?}"
+    );
 }

@@ -167,3 +167,53 @@ fn what_is_never_reached_is_warned_of() {
         &["leg_length_m", "thigh_distance_m"],
     );
 }
+
+// Nothing was said of a hip's height in cm, an angle in degrees, and what else only its size tells.
+#[test]
+fn units_that_were_mistaken_are_warned_of() {
+    let base = "base = \"fast\"\n";
+    let termination = |line: &str| format!("{base}[task.termination]\n{line}\n");
+    warned(
+        &termination("min_hip_height_m = 68"),
+        &["`task.termination.min_hip_height_m` is 68", "64 of 64"],
+    );
+    warned(
+        &termination("pitch_limit_rad = 80"),
+        &["`task.termination.pitch_limit_rad` is 80", "1.396 rad"],
+    );
+    warned(
+        &termination("pitch_limit_rad = 0.01"),
+        &["`task.termination.pitch_limit_rad` is 0.01", "of 64"],
+    );
+    warned(
+        &format!("{base}[learner]\nlearning_rate = 3\n"),
+        &["learning rate of 3"],
+    );
+    warned(
+        &format!("{base}[body]\nstroke_m = 10\n"),
+        &["`body.stroke_m` is 10"],
+    );
+    warned(
+        &format!("{base}{}", PHASE.replace("3.5", "50")),
+        &["commands go up to 50"],
+    );
+    warned(
+        &format!("{base}[curriculum.command]\nredraw_interval_s = 0.001\n"),
+        &["`curriculum.command.redraw_interval_s` is 0.001"],
+    );
+}
+
+#[test]
+fn a_reward_with_which_falling_pays_is_warned_of() {
+    let extra = |weight: f64| {
+        format!(
+            "base = \"fast\"\n[[task.reward.extra]]\nname = \"mine\"\nweight = {weight}\nexpression = \"-1\"\n"
+        )
+    };
+    warned(&extra(1000.0), &["falling pays", "`c2`"]);
+    let small = review(&extra(0.1)).warnings;
+    assert!(
+        !small.iter().any(|w| w.contains("falling pays")),
+        "{small:?}"
+    );
+}

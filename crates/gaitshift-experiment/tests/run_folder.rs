@@ -167,6 +167,7 @@ fn no_file_that_a_run_keeps_is_written_in_place() {
         "episodes.csv",
         "evaluations.jsonl",
         "events.out.tfevents.gaitshift",
+        "lock",
         "metrics.csv",
         "report.json",
     ];
@@ -333,7 +334,11 @@ fn every_other_edit_is_applied_and_told() {
         "{edits:?}"
     );
     // Resumed once more, nothing has been edited since.
-    assert!(go_on(&folder).notes.is_empty());
+    let notes = go_on(&folder).notes;
+    assert!(
+        notes.iter().all(|note| !note.contains("edited")),
+        "{notes:?}"
+    );
 }
 
 #[test]
@@ -404,5 +409,47 @@ fn diverged_simulations_are_counted_as_the_episodes_they_end() {
     assert!(
         header.contains("episode/diverged") && !header.contains("learner/diverged"),
         "{header}"
+    );
+}
+
+// Two processes could train one run: each wrote its lines between those of the other.
+#[test]
+fn a_run_is_trained_by_one_process_at_a_time() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("run");
+    let first = Training::new(unevaluated(), &folder, "test").unwrap();
+    let second = Training::resume(&folder).unwrap_err().to_string();
+    let own = format!("process {}", std::process::id());
+    assert!(
+        second.contains("trained by another") && second.contains(&own),
+        "{second}"
+    );
+    drop(first);
+    go_on(&folder);
+}
+
+// Its report was written anew with the shorter time of the checkpoint, and the shares of the time added up to more than all.
+#[test]
+fn a_run_that_has_taken_all_its_steps_stays_as_it_is() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = whole(root.path());
+    let before = ["report.json", "checkpoint/state.json"].map(|name| file(&folder, name));
+    let mut observer = Until::default();
+    let report = Training::resume(&folder)
+        .unwrap()
+        .run(&mut observer)
+        .unwrap();
+    assert!(report.finished);
+    let parts: f64 = report.parts.named().map(|(_, part_s)| part_s).iter().sum();
+    assert!(parts <= report.elapsed_s, "{report:?}");
+    let after = ["report.json", "checkpoint/state.json"].map(|name| file(&folder, name));
+    assert!(before == after);
+    assert!(
+        observer
+            .notes
+            .iter()
+            .any(|note| note.contains("nothing is left to do")),
+        "{:?}",
+        observer.notes
     );
 }

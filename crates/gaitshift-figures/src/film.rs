@@ -158,21 +158,29 @@ pub fn write_film(
     Err(failed(format!("ffmpeg ended with {status}: {said}")))
 }
 
-/// Writes all frames into a folder as `frame-00000.png` and so on. Gives their number.
+/// Writes all frames into a folder as `frame-00000.png` and so on, and removes what a longer film left behind them there.
+/// Gives their number.
 ///
 /// # Errors
 /// [`FigureError::Write`] for a file that cannot be written, or as [`Frames::draw`].
 pub fn write_frames(frames: &Frames<'_>, folder: &Path) -> Result<usize, FigureError> {
+    let file = |k: usize| folder.join(format!("frame-{k:05}.png"));
     draw_in_order(
         frames,
         |k| frames.png(k),
         |k, png| {
-            let path = folder.join(format!("frame-{k:05}.png"));
+            let path = file(k);
             std::fs::write(&path, png)
                 .map(|()| true)
                 .map_err(|cause| FigureError::Write { path, cause })
         },
     )?;
+    // Whoever joins the frames takes all that are there.
+    let mut behind = frames.len()..;
+    while behind
+        .next()
+        .is_some_and(|k| std::fs::remove_file(file(k)).is_ok())
+    {}
     Ok(frames.len())
 }
 

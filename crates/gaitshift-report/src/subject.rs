@@ -98,6 +98,28 @@ impl Subject {
         Ok(subject)
     }
 
+    /// Several of them. Runs that share a name but not their settings are told apart, since only seeds of one experiment
+    /// are taken together.
+    ///
+    /// # Errors
+    /// As [`Subject::read`].
+    pub fn read_all(paths: &[PathBuf]) -> Result<Vec<Self>, ReportError> {
+        let mut subjects = paths
+            .iter()
+            .map(|path| Self::read(path))
+            .collect::<Result<Vec<_>, _>>()?;
+        let runs: Vec<PathBuf> = subjects.iter().filter_map(|s| s.run.clone()).collect();
+        let folders: Vec<&Path> = runs.iter().map(PathBuf::as_path).collect();
+        let names =
+            RunName::read_all(&folders).map_err(|cause| ReportError::Subject(cause.to_string()))?;
+        let with_run = subjects.iter_mut().filter(|s| s.run.is_some());
+        for (subject, of) in with_run.zip(names) {
+            subject.name = format!("{}, seed {}", of.name, of.seed);
+            subject.group = of.name;
+        }
+        Ok(subjects)
+    }
+
     /// Its weight, in N.
     pub(crate) fn weight_n(&self) -> f64 {
         let p = self.body.parameters();

@@ -256,6 +256,11 @@ fn check(text: &str) -> Result<(), String> {
     let mut code = [Instruction::default(); MOST_INSTRUCTIONS];
     let compiled: Result<Program<'_, '_, f64>, _> = nanoexpr::compile(text, &mut code);
     compiled.map_err(|e| at(text, e))?;
+    if is_chained(text) {
+        return Err(format!(
+            "the expression \"{text}\" compares the outcome of a comparison, which is 1 or 0; write `a < b && b < c` for `a < b < c`"
+        ));
+    }
     // Sums, whose every part is looked at, in the place of choices.
     let whole = text.replace("&&", "+ ").replace("||", "+ ");
     let whole = whole.replace(['?', ':'], "+");
@@ -266,6 +271,38 @@ fn check(text: &str) -> Result<(), String> {
         Some(cause) => Err(cause),
         None => evaluated.map(|_| ()).map_err(|e| at(text, e)),
     }
+}
+
+/// Whether `<`, `<=`, `>` or `>=` follow one another with nothing between that takes the outcome of the first: it would be
+/// compared itself, which nobody means.
+fn is_chained(text: &str) -> bool {
+    // Within each pair of parentheses: whether there was one since.
+    let (mut compared, mut before) = (vec![false], ' ');
+    for c in text.chars() {
+        match c {
+            // Of `<=` and `>=`.
+            '=' if matches!(before, '<' | '>') => {}
+            '(' => compared.push(false),
+            ')' if compared.len() > 1 => {
+                compared.pop();
+            }
+            '<' | '>' => {
+                if let Some(last) = compared.last_mut()
+                    && std::mem::replace(last, true)
+                {
+                    return true;
+                }
+            }
+            '=' | '&' | '|' | ',' | '?' | ':' => {
+                if let Some(last) = compared.last_mut() {
+                    *last = false;
+                }
+            }
+            _ => {}
+        }
+        before = c;
+    }
+    false
 }
 
 /// What the compiler says, with the place.
@@ -317,6 +354,11 @@ impl Context<Anything> for Names {
                 "unknown function `{name}`, expected one of {}",
                 listed(&FUNCTIONS)
             ));
+        } else if name == "log" && values.len() == 1 {
+            self.wrong(
+                "`log` takes a number and a base, as in `log(x, 10)`; the natural logarithm is `ln(x)`"
+                    .to_owned(),
+            );
         } else if Math.call(name, &values) == Some(Err(ErrorKind::ArgumentCount)) {
             self.wrong(format!(
                 "the function `{name}` has {} argument{} in the expression, which is not what it takes",

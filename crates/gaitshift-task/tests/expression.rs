@@ -33,6 +33,20 @@ fn what_is_wrong_is_said_when_it_is_read() {
     );
     refused("hypot(theta_rad)", &["`hypot`", "1 argument "]);
     refused("max(1, 2, 3, 4, 5, 6, 7, 8, 9)", &["too many arguments"]);
+    // In C too it compares 1 or 0.
+    refused("0.1 < z_m < 0.9", &["`a < b && b < c`"]);
+    refused("max(1 <= z_m >= 0, 2)", &["`a < b && b < c`"]);
+    for sound in [
+        "0.1 < z_m && z_m < 0.9",
+        "(z_m < 1) == (theta_rad > 0)",
+        "z_m < 1 == theta_rad > 0",
+        "z_m < 1 ? theta_rad < 0 : 1",
+        "max(z_m < 1, theta_rad < 0)",
+    ] {
+        parse(sound).unwrap();
+    }
+    // Of one number it would be the logarithm to base 10.
+    refused("log(z_m)", &["`log(x, 10)`", "`ln(x)`"]);
     let long = vec!["theta_rad"; 300].join(" + ");
     refused(&long, &["too long"]);
     // A branch that no value enters at the start is looked at as well.

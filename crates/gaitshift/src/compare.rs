@@ -1,6 +1,6 @@
 //! `gaitshift compare`: controllers, runs and recordings beside each other.
 
-use crate::arguments::{CompareArguments, distinct};
+use crate::arguments::{CompareArguments, distinct, distinct_commands, distinct_paths};
 use crate::evaluate::{self, starts};
 use crate::failure::Failure;
 use crate::gaits::{self, Row};
@@ -40,6 +40,7 @@ struct Run {
     evaluations: usize,
     best_step: Option<u64>,
     best_met: Option<usize>,
+    criteria: Option<usize>,
     elapsed_s: Option<f64>,
     #[serde(skip)]
     course: Vec<(f64, f64)>,
@@ -58,21 +59,29 @@ struct Comparison<'a> {
 /// Runs the command.
 pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let a = arguments;
-    let mut items = Vec::new();
-    let mut runs = Vec::new();
-    let mut folders: Vec<&Path> = Vec::new();
-    for path in &a.items {
-        let name = name_of(path);
-        if Controller::run_of(path).is_some() {
-            runs.push(Run::read(path, &name)?);
-            folders.push(path);
-        }
-        items.push((name, load(path, a)?));
-    }
+    distinct_paths(&a.items).map_err(Failure::input)?;
+    let folders: Vec<&Path> = a
+        .items
+        .iter()
+        .map(PathBuf::as_path)
+        .filter(|path| Controller::run_of(path).is_some())
+        .collect();
+    let names = RunName::read_all(&folders).map_err(Failure::input)?;
+    let runs: Vec<Run> = folders
+        .iter()
+        .zip(names)
+        .map(|(folder, of)| Run::read(folder, of))
+        .collect::<Result<_, _>>()?;
+    let items: Vec<(String, Item)> = a
+        .items
+        .iter()
+        .map(|path| Ok((name_of(path), load(path, a)?)))
+        .collect::<Result<_, Failure>>()?;
+    let commands = distinct_commands(&a.omega_v).map_err(Failure::input)?;
     let seeds = distinct(&a.seed).map_err(Failure::input)?;
     let measured: Vec<(String, Vec<Row>)> = items
         .into_iter()
-        .map(|(name, item)| Ok((name, measure(item, a, &seeds)?)))
+        .map(|(name, item)| Ok((name, measure(item, a, &commands, &seeds)?)))
         .collect::<Result<_, Failure>>()?;
     let spreads: Option<Vec<Vec<Spread>>> =
         (seeds.len() > 1).then(|| measured.iter().map(|(_, rows)| spread::of(rows)).collect());
@@ -140,6 +149,12 @@ fn load(path: &Path, a: &CompareArguments) -> Result<Item, Failure> {
         .is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
     {
         let recording = Recording::read_csv(path).map_err(Failure::input)?;
+        if a.changes.body.is_some() || !a.changes.set.is_empty() {
+            output::note(&format!(
+                "{} is a recording: it stays as it is, whatever --body and --set change of the others",
+                path.display()
+            ));
+        }
         return Ok(Item::Recording(Box::new(recording)));
     }
     let subject = Subject::new(
@@ -150,7 +165,12 @@ fn load(path: &Path, a: &CompareArguments) -> Result<Item, Failure> {
     Ok(Item::Controller(Box::new(subject)))
 }
 
-fn measure(item: Item, a: &CompareArguments, seeds: &[u64]) -> Result<Vec<Row>, Failure> {
+fn measure(
+    item: Item,
+    a: &CompareArguments,
+    commands: &[f64],
+    seeds: &[u64],
+) -> Result<Vec<Row>, Failure> {
     let mut subject = match item {
         Item::Controller(subject) => subject,
         Item::Recording(recording) => {
@@ -159,7 +179,7 @@ fn measure(item: Item, a: &CompareArguments, seeds: &[u64]) -> Result<Vec<Row>, 
     };
     let starts = starts(seeds);
     let mut rows = Vec::new();
-    for &omega_v in a.omega_v.iter().flat_map(|commands| &commands.0) {
+    for &omega_v in commands {
         for &seed in &starts {
             subject.start_at(seed);
             let recording = subject.record(&CommandProfile::constant(omega_v), a.duration_s)?;
@@ -214,17 +234,17 @@ fn print_spreads(measured: &[(String, Vec<Row>)], spreads: &[Vec<Spread>]) -> Re
 }
 
 impl Run {
-    fn read(folder: &Path, name: &str) -> Result<Self, Failure> {
-        let of = RunName::read(folder).map_err(Failure::input)?;
+    fn read(folder: &Path, of: RunName) -> Result<Self, Failure> {
         let evaluations = Evaluation::read_all(folder).map_err(Failure::input)?;
         let best = Evaluation::best(&evaluations);
         Ok(Self {
-            name: name.to_owned(),
+            name: name_of(folder),
             experiment: of.name,
             seed: of.seed,
             evaluations: evaluations.len(),
             best_step: best.map(|e| e.step),
             best_met: best.map(|e| e.met),
+            criteria: best.map(|e| e.checks.len()),
             elapsed_s: evaluations.last().map(|e| e.elapsed_s),
             course: evaluations
                 .iter()
@@ -247,7 +267,8 @@ fn runs_table(runs: &[Run]) -> Vec<String> {
     for run in runs {
         // Evaluations tell how long a run has been trained.
         let shown = |text: Option<String>| text.unwrap_or("-".to_owned());
-        let met = shown(run.best_met.map(|met| met.to_string()));
+        let met = run.best_met.zip(run.criteria);
+        let met = shown(met.map(|(met, criteria)| format!("{met} of {criteria}")));
         let at = shown(run.best_step.map(count));
         let trained = shown(run.elapsed_s.map(duration));
         cells.push(vec![

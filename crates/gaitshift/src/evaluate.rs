@@ -1,13 +1,15 @@
 //! `gaitshift evaluate`: steady motions, one row each.
 
-use crate::arguments::{EvaluateArguments, distinct};
+use crate::arguments::{EvaluateArguments, distinct, distinct_commands};
 use crate::failure::Failure;
 use crate::gaits::{Row, describe, print_gaits, print_rows};
 use crate::motion::{Subject, read_profile, write_recording};
 use crate::output;
 use crate::spread::{self, Spread};
+use gaitshift_analysis::recording::ended_by;
 use gaitshift_experiment::{Check, CommandProfile, Controller, Criteria, Judgement, judge_from};
 use gaitshift_figures::{SweepPoint, SweepSeries, sweep_figure};
+use gaitshift_task::Disturbance;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -68,6 +70,7 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
         );
     }
     let (rows, files) = measure(&mut subject, arguments, &seeds)?;
+    warn(&rows, subject.disturbance());
     let spread = (seeds.len() > 1).then(|| spread::of(&rows));
     if arguments.print.json {
         return output::json(&Rows {
@@ -92,6 +95,31 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
         None => print_rows(&rows)?,
     }
     output::written(&files)
+}
+
+/// Says what the table would not show: simulations that diverged, and pushes that never came.
+fn warn(rows: &[Row], disturbance: Option<&Disturbance>) {
+    let diverged = rows
+        .iter()
+        .filter(|row| row.summary.ended_by == ended_by::DIVERGED);
+    match diverged.count() {
+        0 => {}
+        count => output::note(&format!(
+            "{count} of {} motions did not fall but diverged: `time_step_s` may be too large for the body's values",
+            rows.len()
+        )),
+    }
+    let longest_s = rows
+        .iter()
+        .fold(0.0, |longest: f64, row| longest.max(row.summary.survived_s));
+    for push in disturbance.iter().flat_map(|d| &d.pushes) {
+        if push.start_s >= longest_s {
+            output::note(&format!(
+                "the push at {} s never came: no motion lasts so long",
+                push.start_s
+            ));
+        }
+    }
 }
 
 /// Which part of the motions the figures describe. Of a short motion that is its second half, whatever was asked for.
@@ -133,11 +161,10 @@ fn measure(
 ) -> Result<(Vec<Row>, Vec<PathBuf>), Failure> {
     let motions: Vec<(String, CommandProfile)> = match &arguments.command_profile {
         Some(path) => vec![("profile".to_owned(), read_profile(path)?)],
-        None => arguments
-            .omega_v
-            .iter()
-            .flat_map(|commands| &commands.0)
-            .map(|&omega_v| {
+        None => distinct_commands(&arguments.omega_v)
+            .map_err(Failure::input)?
+            .into_iter()
+            .map(|omega_v| {
                 let name = format!("omega_v_{omega_v}");
                 (name, CommandProfile::constant(omega_v))
             })

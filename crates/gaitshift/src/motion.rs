@@ -91,6 +91,11 @@ impl Subject {
         self.start_at(self.seed);
     }
 
+    /// What disturbs the motions, if anything.
+    pub fn disturbance(&self) -> Option<&Disturbance> {
+        self.disturbance.as_ref()
+    }
+
     /// What is changed of the body and what disturbs the motions, in words after a comma.
     pub fn circumstances(&self) -> String {
         let words = self.disturbance.as_ref().map(disturb::describe);

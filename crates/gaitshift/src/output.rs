@@ -92,6 +92,18 @@ pub fn figure_failure(error: FigureError) -> Failure {
         FigureError::Write { .. } | FigureError::Raster { .. } | FigureError::Encode { .. } => {
             Failure::run(error)
         }
+        FigureError::Option {
+            name,
+            value,
+            allowed,
+        } => {
+            let flag = match name {
+                "fps" => "--fps",
+                "width_px" => "--width",
+                other => other,
+            };
+            Failure::input(format!("{flag} is {value}, but must be {allowed}"))
+        }
         _ => Failure::input(error),
     }
 }

@@ -1,6 +1,6 @@
 //! `gaitshift report`: the study's page of any controllers.
 
-use crate::arguments::ReportArguments;
+use crate::arguments::{ReportArguments, distinct_paths};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::duration;
@@ -10,12 +10,8 @@ use std::time::Instant;
 
 /// Runs the command.
 pub fn run(arguments: &ReportArguments) -> Result<(), Failure> {
-    let mut subjects = arguments
-        .items
-        .iter()
-        .map(|path| Subject::read(path))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(failure)?;
+    distinct_paths(&arguments.items).map_err(Failure::input)?;
+    let mut subjects = Subject::read_all(&arguments.items).map_err(failure)?;
     let plan = if arguments.quick {
         Plan::quick()
     } else {

@@ -1,6 +1,6 @@
 //! `gaitshift stress`: how much a controller bears.
 
-use crate::arguments::{StressArguments, distinct};
+use crate::arguments::{StressArguments, distinct, distinct_commands};
 use crate::failure::Failure;
 use crate::motion::Subject;
 use crate::output::{self, number};
@@ -26,7 +26,7 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
         StressPlan::default()
     };
     if !a.omega_v.is_empty() {
-        plan.omega_v = a.omega_v.iter().flat_map(|c| c.0.clone()).collect();
+        plan.omega_v = distinct_commands(&a.omega_v).map_err(Failure::input)?;
     }
     if !a.seed.is_empty() {
         plan.seeds = distinct(&a.seed).map_err(Failure::input)?;

@@ -138,3 +138,36 @@ fn what_cannot_be_compared_is_refused() {
     place.write("run/evaluations.jsonl", "{}\n");
     place.refused("compare run", &["evaluations.jsonl", "line 1"]);
 }
+
+// A run given twice was two seeds; runs of other settings were seeds of one experiment; numbers of criteria were subtracted
+// whatever the criteria.
+#[test]
+fn only_what_can_be_taken_together_is() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    place.stdout("train tiny.toml --out a");
+    place.stdout("train tiny.toml --out slippery --set body.friction=0.6");
+    let one = "--set criteria={omega_v=[0],duration_s=1,gaits=[],changes=[]}";
+    place.stdout(&format!("train tiny.toml --out easy {one}"));
+    place.refused("compare a ./a", &["./a is given twice"]);
+    place.refused("report a a/", &["a/ is given twice"]);
+    let motion = "--omega-v 0 --duration-s 1 --json";
+    let value = place.json(&format!("compare a slippery easy {motion}"));
+    let experiments = value["experiments"].as_array().unwrap();
+    let seeds: Vec<&Value> = experiments.iter().map(|e| &e["seeds"]).collect();
+    assert_eq!(seeds, [1, 1, 1]);
+    assert_eq!(experiments[1]["variant"], "tiny run (slippery)");
+    assert!(experiments[1]["effect"]["value"].is_number());
+    assert_eq!(experiments[2]["effect"], Value::Null);
+    assert_eq!(value["runs"][0]["criteria"], 39);
+}
+
+#[test]
+fn a_recording_is_said_to_stay_as_it_is() {
+    let place = Place::new();
+    place.stdout("evaluate --omega-v 3 --duration-s 1 --out out");
+    let output = place
+        .output("compare out/omega_v_3.csv shipped --omega-v 3 --duration-s 1 --set friction=0.5");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("out/omega_v_3.csv is a recording"), "{said}");
+}

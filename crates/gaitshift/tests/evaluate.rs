@@ -642,3 +642,37 @@ fn disturbances_that_make_no_sense_are_refused_with_what_would() {
         place.refused(&format!("evaluate {options}"), words);
     }
 }
+
+// A table called both a fall; a push after the end was told as if it had come.
+#[test]
+fn what_diverged_and_what_never_came_is_said() {
+    let place = Place::new();
+    let said = |options: &str| {
+        let output = place.output(&format!("evaluate --omega-v 3 --duration-s 2 {options}"));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(said("--set time_step_s=0.01").contains("1 of 1 motions did not fall but diverged"));
+    assert!(said("--push 80@100").contains("the push at 100 s never came"));
+    assert!(!said("--push 80@1").contains("never came"));
+}
+
+#[test]
+fn a_command_is_measured_once() {
+    let place = Place::new();
+    place.refused("evaluate --omega-v 0,1,0", &["command 0 is given twice"]);
+    place.refused("stress --omega-v 3,2:3:1", &["command 3 is given twice"]);
+    place.refused("evaluate --seed -1", &["`-1` is not a whole number"]);
+}
+
+// The remedy was about paths and permissions.
+#[test]
+fn what_is_no_text_and_no_file_is_refused_with_what_would_do() {
+    let place = Place::new();
+    place.write("latin.toml", b"[body]\n# Gr\xf6\xdfe\nfriction = 0.6\n");
+    place.refused(
+        "evaluate --body latin.toml",
+        &["latin.toml", "line 2", "UTF-8"],
+    );
+    std::fs::create_dir(place.path("folder")).unwrap();
+    place.refused("evaluate --criteria folder", &["folder", "give a file"]);
+}

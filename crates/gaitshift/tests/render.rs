@@ -165,6 +165,11 @@ fn frames_are_numbered_pictures_of_the_asked_size_with_or_without_background() {
     place.stdout("render toy.csv --out frames --frames --fps 10 --to-s 0.3 --width 320");
     let frame = |folder: &str, k: u32| place.read(&format!("{folder}/frame-{k:05}.png"));
     assert!(!place.path("frames/frame-00004.png").exists());
+    // A shorter film leaves no frames of a longer one behind it.
+    place.stdout("render toy.csv --out fewer --frames --fps 10 --to-s 0.3 --width 320");
+    place.stdout("render toy.csv --out fewer --frames --fps 10 --to-s 0.1 --width 320");
+    assert!(place.path("fewer/frame-00001.png").exists());
+    assert!(!place.path("fewer/frame-00002.png").exists());
     // Width, height and colour type stand in the first block of a PNG.
     let size = |png: &[u8]| {
         let number =

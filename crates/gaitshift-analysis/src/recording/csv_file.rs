@@ -99,7 +99,10 @@ impl Recording {
             return Err(foreign("the file is empty"));
         }
         let text = String::from_utf8(bytes).map_err(|_| foreign("it is not a text file"))?;
+        // Spreadsheets put a byte order mark in front.
         let first_line = text
+            .strip_prefix('\u{feff}')
+            .unwrap_or(&text)
             .strip_prefix(MAGIC)
             .ok_or_else(|| foreign("its first line is not `# gaitshift-recording 1 {...}`"))?;
         let (first_line, table) = first_line

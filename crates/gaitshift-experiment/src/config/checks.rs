@@ -5,6 +5,7 @@ use gaitshift_analysis::GaitClass;
 use gaitshift_body::Body;
 use gaitshift_sac::Temperature;
 use gaitshift_task::{EndReason, Environment, Phase};
+use std::f64::consts::PI;
 
 impl Experiment {
     /// Checks every value.
@@ -133,7 +134,8 @@ impl Experiment {
     /// What can be trained but is probably not meant, a sentence each, as far as body and task show.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.body.warnings();
-        warnings.extend(ending_at_once(self));
+        warnings.extend(mistaken_units(self));
+        warnings.extend(first_period(self));
         if self.training.symmetry == Symmetry::Replay {
             for (key, text) in self.task.asymmetric_expressions() {
                 warnings.push(format!(
@@ -147,43 +149,125 @@ impl Experiment {
     }
 }
 
-/// Random starts with which rules of one's own are tried.
+/// Random starts whose first control period is tried.
 const STARTS: u64 = 64;
+/// Values beyond which a unit was probably mistaken: a learning rate thirty times the usual one, commands far beyond any
+/// that was trained, changes of the command within a step.
+const HIGH_LEARNING_RATE: f64 = 1e-2;
+const FAR_COMMAND: f64 = 10.0;
+const SHORT_INTERVAL_S: f64 = 0.2;
 
-/// Rules of one's own that end many episodes in their first control period. A number that is meant to be compared is a rule
-/// too, and holds wherever it is not 0.
-fn ending_at_once(e: &Experiment) -> Vec<String> {
-    let rules = e.task.termination.extra.rules();
-    if rules.is_empty() {
-        return Vec::new();
+/// Values in another unit than the key's, as far as their size tells.
+fn mistaken_units(e: &Experiment) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let pitch = e.task.termination.pitch_limit_rad;
+    if pitch > PI {
+        warnings.push(format!(
+            "`task.termination.pitch_limit_rad` is {pitch}: in radians that is never reached, so no fall is seen by pitch; \
+             in degrees it would be {:.3} rad",
+            pitch.to_radians()
+        ));
     }
+    let phases = &e.curriculum.phases;
+    let of_phases = phases
+        .iter()
+        .flat_map(|phase| [&phase.learner, &phase.learner_end].map(|set| set.get("learning_rate")));
+    let rate = of_phases.flatten().fold(e.learner.learning_rate, f64::max);
+    if rate > HIGH_LEARNING_RATE {
+        warnings.push(format!(
+            "a learning rate of {rate} is far above the usual 3e-4: learning will probably diverge"
+        ));
+    }
+    let ranges = phases.iter().flat_map(|phase| {
+        let end = phase.omega_v_end.unwrap_or(phase.omega_v);
+        phase.omega_v.into_iter().chain(end)
+    });
+    let farthest = ranges.fold(0.0_f64, |far, omega_v| far.max(omega_v.abs()));
+    if farthest > FAR_COMMAND {
+        warnings.push(format!(
+            "commands go up to {farthest}: a step's reward there is about {farthest} times the speed in m/s, beside which being alive \
+             earns little"
+        ));
+    }
+    let interval_s = e.curriculum.command.redraw_interval_s;
+    if interval_s > 0.0 && interval_s < SHORT_INTERVAL_S {
+        warnings.push(format!(
+            "`curriculum.command.redraw_interval_s` is {interval_s}: the command changes within every step; in s"
+        ));
+    }
+    let (stroke, leg) = (e.body.stroke_m, e.body.leg_length_m);
+    if stroke > 0.5 * leg {
+        warnings.push(format!(
+            "`body.stroke_m` is {stroke}, more than half of a leg of {leg} m"
+        ));
+    }
+    warnings
+}
+
+/// Rules that end many episodes in their first control period, and rewards with which falling pays there. A number that is
+/// meant to be compared is a rule too, and holds wherever it is not 0.
+fn first_period(e: &Experiment) -> Vec<String> {
     // A body that cannot be is told elsewhere.
     let Ok(body) = Body::new(e.body.clone()) else {
         return Vec::new();
     };
-    let mut ended = vec![0; rules.len()];
+    let rules = e.task.termination.extra.rules();
+    let mut by_rule = vec![0; rules.len()];
+    let (mut by_height, mut by_pitch) = (0, 0);
+    let (mut heights_m, mut reward) = (0.0, 0.0);
+    let mut began = vec![0];
+    for phase in &e.curriculum.phases {
+        began.push(began[began.len() - 1] + phase.steps);
+    }
     for seed in 0..STARTS {
-        let phase = &e.curriculum.phases[seed as usize % e.curriculum.phases.len().max(1)];
+        let index = seed as usize % e.curriculum.phases.len().max(1);
+        let settings = e.curriculum.at(began[index], &e.task.reward);
+        let phase = &e.curriculum.phases[index];
         let share = (seed as f64 * 0.618).fract();
         let omega_v = phase.omega_v[0] + share * (phase.omega_v[1] - phase.omega_v[0]);
         let state = Environment::start(&body, &e.task, Some(seed));
+        heights_m += state.z / STARTS as f64;
         let mut environment = Environment::new(&body, state, omega_v);
         let command = [2.0 * share - 1.0, 1.0 - 2.0 * (share * 7.0).fract()];
-        let outcome = environment.step(&body, &e.task, &e.task.reward, command);
-        if let Some(EndReason::Rule(k)) = outcome.ended {
-            ended[usize::from(k)] += 1;
+        let outcome = environment.step(&body, &e.task, &settings.reward, command);
+        reward += outcome.terms.sum() / STARTS as f64;
+        match outcome.ended {
+            Some(EndReason::Rule(k)) => by_rule[usize::from(k)] += 1,
+            Some(EndReason::HipHeight) => by_height += 1,
+            Some(EndReason::Pitch) => by_pitch += 1,
+            _ => {}
         }
     }
-    let often = rules.iter().zip(ended).enumerate();
-    often
-        .filter(|(_, (_, count))| 4 * count >= STARTS)
-        .map(|(k, (rule, count))| {
-            format!(
+    let often = |count: u64| 4 * count >= STARTS;
+    let mut warnings = Vec::new();
+    if often(by_height) {
+        warnings.push(format!(
+            "`task.termination.min_hip_height_m` is {} and ends {by_height} of {STARTS} episodes in their first control period: \
+             they begin with the hip at {heights_m:.2} m",
+            e.task.termination.min_hip_height_m
+        ));
+    }
+    if often(by_pitch) {
+        warnings.push(format!(
+            "`task.termination.pitch_limit_rad` is {} and ends {by_pitch} of {STARTS} episodes in their first control period",
+            e.task.termination.pitch_limit_rad
+        ));
+    }
+    for (k, (rule, count)) in rules.iter().zip(by_rule).enumerate() {
+        if often(count) {
+            warnings.push(format!(
                 "the rule `{}` (`task.termination.extra[{k}]`) ends {count} of {STARTS} episodes in their first control period, \
                  as a fall: it holds wherever \"{}\" is not 0; compare what it says with a limit, as in \"abs(theta_rad) > 0.5\"",
                 rule.name,
                 rule.expression.text()
-            )
-        })
-        .collect()
+            ));
+        }
+    }
+    if reward < 0.0 {
+        warnings.push(format!(
+            "the first step of an episode earns {reward:.3} on average, less than 0: falling pays, since nothing comes after it; \
+             make what costs smaller, or `c2`, which being alive earns, greater"
+        ));
+    }
+    warnings
 }

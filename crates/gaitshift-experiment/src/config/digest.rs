@@ -13,16 +13,20 @@ impl Experiment {
     /// # Errors
     /// As [`Experiment::to_toml`].
     pub fn digest(&self) -> Result<String, toml::ser::Error> {
-        let table = Value::try_from(self)?;
-        let said = leaves(&table)
-            .into_iter()
-            .filter(|(key, value)| !LEFT_OUT.contains(&key.as_str()) && says_something(value));
-        let mut lines: Vec<String> = said
-            .map(|(key, value)| format!("{key}={value}\n"))
-            .collect();
-        lines.sort_unstable();
-        Ok(format!("{:08x}", crc32c::crc32c(lines.concat().as_bytes())))
+        Ok(of(&Value::try_from(self)?))
     }
+}
+
+/// That of a resolved configuration, whatever its version.
+pub(crate) fn of(table: &Value) -> String {
+    let said = leaves(table)
+        .into_iter()
+        .filter(|(key, value)| !LEFT_OUT.contains(&key.as_str()) && says_something(value));
+    let mut lines: Vec<String> = said
+        .map(|(key, value)| format!("{key}={value}\n"))
+        .collect();
+    lines.sort_unstable();
+    format!("{:08x}", crc32c::crc32c(lines.concat().as_bytes()))
 }
 
 fn says_something(value: &Value) -> bool {

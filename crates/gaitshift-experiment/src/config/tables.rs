@@ -4,14 +4,27 @@ use super::ConfigError;
 use super::names::parse_error;
 use gaitshift_task::{ExtraRule, ExtraTerm, Phase};
 use serde::Deserialize;
+use std::io::ErrorKind;
 use std::path::Path;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 use toml::{Spanned, Value};
 
 pub(crate) fn read(path: &Path) -> Result<String, ConfigError> {
-    std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+    let bytes = std::fs::read(path).map_err(|source| ConfigError::Read {
         path: path.to_owned(),
+        remedy: match source.kind() {
+            ErrorKind::IsADirectory => "give a file",
+            _ => "check the path and its permissions",
+        },
         source,
+    })?;
+    String::from_utf8(bytes).map_err(|e| {
+        let text = &e.as_bytes()[..e.utf8_error().valid_up_to()];
+        let line = 1 + text.iter().filter(|&&byte| byte == b'\n').count();
+        parse_error(
+            &path.display().to_string(),
+            &format!("line {line} is not UTF-8 text; save the file as UTF-8"),
+        )
     })
 }
 

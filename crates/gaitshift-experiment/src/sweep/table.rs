@@ -45,7 +45,8 @@ pub struct VariantSummary {
     pub best_met: Option<Estimate>,
     /// Criteria met on average over the last quarter of a run's evaluations, likewise.
     pub late_met: Option<Estimate>,
-    /// Difference of `best_met` to the reference, seed by seed: mean and its bootstrap interval.
+    /// Difference of `best_met` to the reference, seed by seed, where both are judged by as many criteria: mean and its
+    /// bootstrap interval.
     pub effect: Option<Estimate>,
     /// Number of seeds whose best controller walks where that is asked for.
     pub walk: usize,
@@ -205,15 +206,14 @@ impl SweepTable {
         Ok(Self::of(name, &sweep.variants, sweep.reference, trials))
     }
 
-    /// The table of any runs: those of one experiment's name are the seeds of one variant, the first of them the
-    /// reference.
+    /// The table of any runs: those of one experiment are the seeds of one variant, the first of them the reference.
     ///
     /// # Errors
     /// A folder that holds no run, or a file that cannot be read.
     pub fn of_runs(name: &str, runs: &[&Path]) -> Result<Self, TrainingError> {
         let (mut variants, mut trials): (Vec<Variant>, Vec<TrialSummary>) = Default::default();
-        for run in runs {
-            let RunName { name, seed } = RunName::read(run)?;
+        for (run, of) in runs.iter().zip(RunName::read_all(runs)?) {
+            let RunName { name, seed, .. } = of;
             if variants.iter().all(|v| v.name != name) {
                 variants.push(Variant {
                     name: name.clone(),
@@ -250,6 +250,10 @@ impl SweepTable {
                     .iter()
                     .filter_map(|t| {
                         let same = reference_trials.iter().find(|r| r.seed == t.seed)?;
+                        // So many of other criteria are another number.
+                        if t.best.criteria != same.best.criteria {
+                            return None;
+                        }
                         Some(t.best.met as f64 - same.best.met as f64)
                     })
                     .collect();

@@ -52,6 +52,7 @@ impl Training {
     pub fn resume(folder: &Path) -> Result<Self, TrainingError> {
         let folder = RunFolder::at(folder);
         folder.require_config()?;
+        let lock = folder.lock()?;
         folder.recover_checkpoint()?;
         let path = folder.checkpoint(STATE);
         // First, since the keys of a configuration belong to a version.
@@ -79,6 +80,7 @@ impl Training {
             ));
         }
         let mut training = Self::prepare(experiment, folder, &state.command)?;
+        training._lock = lock;
         training.restore_learner()?;
         if !training.batch.restore(state.batch) {
             return Err(TrainingError::other(

@@ -1,5 +1,7 @@
 //! What a value on the command line may be.
 
+use std::path::PathBuf;
+
 /// Largest |ω_v|: far beyond what any controller was trained for, far below where numbers overflow.
 pub const OMEGA_V_MAX: f64 = 100.0;
 /// Longest motion or part of one, in s: an hour, whose recording takes some 300 MB of memory.
@@ -66,6 +68,41 @@ pub fn distinct(lists: &[Seeds]) -> Result<Vec<u64>, String> {
     }
 }
 
+/// The commands of a list, each once.
+///
+/// # Errors
+/// A command that is there twice: its motion would be measured, and its files written, twice.
+pub fn distinct_commands(lists: &[Commands]) -> Result<Vec<f64>, String> {
+    let commands: Vec<f64> = lists.iter().flat_map(|list| list.0.clone()).collect();
+    let mut sorted = commands.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(format!(
+            "the command {} is given twice; give it once",
+            pair[0]
+        )),
+        None => Ok(commands),
+    }
+}
+
+/// Whether paths are of different files.
+///
+/// # Errors
+/// One that is there twice, by whatever name: what is measured of it would count twice.
+pub fn distinct_paths(paths: &[PathBuf]) -> Result<(), String> {
+    // What is no file, such as a controller's name, is what it is called.
+    let place = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
+    let mut places: Vec<PathBuf> = Vec::new();
+    for path in paths {
+        let at = place(path);
+        if places.contains(&at) {
+            return Err(format!("{} is given twice; give it once", path.display()));
+        }
+        places.push(at);
+    }
+    Ok(())
+}
+
 /// `7`, `1..12` or `1-12`, both ends included.
 pub fn seeds(text: &str) -> Result<Seeds, String> {
     let whole = |text: &str| {
@@ -74,7 +111,8 @@ pub fn seeds(text: &str) -> Result<Seeds, String> {
             format!("`{text}` is not a whole number from 0 on, nor a range such as 1..12")
         })
     };
-    let Some((first, last)) = text.split_once("..").or_else(|| text.split_once('-')) else {
+    let range = text.split_once("..").or_else(|| text.split_once('-'));
+    let Some((first, last)) = range.filter(|(first, _)| !first.trim().is_empty()) else {
         return Ok(Seeds(vec![whole(text)?]));
     };
     let (first, last) = (whole(first)?, whole(last.trim_start_matches('='))?);
