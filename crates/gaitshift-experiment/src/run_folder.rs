@@ -5,7 +5,6 @@ use crate::config::{ConfigError, Experiment};
 use crate::controller::ControllerError;
 use crate::durable;
 use crate::tensorboard::EventWriter;
-use crate::training::RunReport;
 use gaitshift_sac::SacError;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -193,13 +192,6 @@ impl RunFolder {
         let text = serde_json::to_string_pretty(value)
             .map_err(|e| TrainingError::other(path, e.to_string()))?;
         durable::write(path, text.as_bytes()).map_err(io_error(path))
-    }
-
-    /// The report of the run's end, if it ended at this step; otherwise it is that of an earlier part.
-    pub fn finished_report(&self, step: u64) -> Option<RunReport> {
-        let text = fs::read_to_string(self.file(REPORT)).ok()?;
-        let report: RunReport = serde_json::from_str(&text).ok()?;
-        (report.finished && report.step == step).then_some(report)
     }
 
     /// A checkpoint is written beside the last one and takes its place only when complete. Its state is its last file.

@@ -234,7 +234,7 @@ impl Training {
                 "the run has taken all its steps: nothing is left to do; more `steps` for its last phase in its config.toml would go on with it",
             );
             // It says more than a checkpoint does.
-            if let Some(report) = self.folder.finished_report(self.counters.step) {
+            if let Some(report) = self.report_of_the_end() {
                 return Ok(report);
             }
         }
@@ -317,6 +317,13 @@ impl Training {
         let accepted = self.counters.accepted_at_step.is_some();
         self.counters.step >= e.curriculum.total_steps()
             || (accepted && e.training.stop_when_accepted)
+    }
+
+    /// The report that the run wrote when it had taken these steps, if it did; another is that of an earlier part.
+    fn report_of_the_end(&self) -> Option<RunReport> {
+        let text = std::fs::read_to_string(self.folder.file(REPORT)).ok()?;
+        let report: RunReport = serde_json::from_str(&text).ok()?;
+        (report.finished && report.step == self.counters.step).then_some(report)
     }
 
     fn report(&self) -> RunReport {
