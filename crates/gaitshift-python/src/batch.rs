@@ -51,7 +51,8 @@ type Vector<'py, T> = Bound<'py, PyArray1<T>>;
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 /// Observation, reward, terminated, truncated, info.
 type OneStep<'py> = (Vector<'py, f64>, f64, bool, bool, Bound<'py, PyDict>);
-/// Observations, rewards, terminated, truncated, info, and observations and info of episodes that ended.
+/// Observations, rewards, terminated, truncated, info, observations and info of episodes after which another began, and why
+/// episodes ended.
 type Vectors<'py> = (
     Matrix<'py>,
     Vector<'py, f64>,
@@ -59,6 +60,7 @@ type Vectors<'py> = (
     Vector<'py, bool>,
     Matrix<'py>,
     Option<(Matrix<'py>, Matrix<'py>)>,
+    Option<Vec<Option<String>>>,
 );
 
 #[pymethods]
@@ -182,14 +184,7 @@ impl Batch {
     /// The commands of all environments; none changes if one is out of range.
     #[setter]
     fn set_omega_v(&mut self, omega_v: Vec<f64>) -> PyResult<()> {
-        if omega_v.len() != self.vector.len() {
-            return Err(value_error(format!(
-                "{} commands were given for {} environments",
-                omega_v.len(),
-                self.vector.len()
-            )));
-        }
-        omega_v.iter().try_for_each(|&value| check_command(value))?;
+        self.check_commands(&omega_v)?;
         for (index, value) in omega_v.into_iter().enumerate() {
             self.vector.set_command(index, value);
         }
@@ -319,7 +314,7 @@ impl Batch {
         }
         Ok((
             PyArray1::from_slice(py, &step.observation),
-            self.info(py, &step.info)?,
+            self.info(py, &step)?,
         ))
     }
 
@@ -334,27 +329,30 @@ impl Batch {
             step.reward,
             step.terminated,
             step.truncated,
-            self.info(py, &step.info)?,
+            self.info(py, &step)?,
         ))
     }
 
-    /// Begins an episode in every environment that `mask` names, in the states given for all environments if there are any.
+    /// Begins an episode in every environment that `mask` names, under the commands and in the states given for all
+    /// environments if there are any.
     #[pyo3(signature = (mask, omega_v = None, default_start = false, states = None))]
     fn reset_all<'py>(
         &mut self,
         py: Python<'py>,
         mask: Vec<bool>,
-        omega_v: Option<f64>,
+        omega_v: Option<Vec<f64>>,
         default_start: bool,
         states: Option<Vec<[PyReadonlyArrayDyn<'py, f64>; 2]>>,
     ) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
-        omega_v.map_or(Ok(()), check_command)?;
         if mask.len() != self.vector.len() {
             return Err(value_error(format!(
                 "the mask has {} elements for {} environments",
                 mask.len(),
                 self.vector.len()
             )));
+        }
+        if let Some(commands) = &omega_v {
+            self.check_commands(commands)?;
         }
         let states: Option<Vec<BodyState>> = states
             .map(|states| states.iter().map(body_state).collect())
@@ -372,7 +370,7 @@ impl Batch {
             .map(|(index, begin)| {
                 if begin {
                     let opening = Opening {
-                        omega_v,
+                        omega_v: omega_v.as_ref().map(|commands| commands[index]),
                         default_start,
                         state: states.as_ref().map(|states| states[index]),
                     };
@@ -382,7 +380,7 @@ impl Batch {
                 }
             })
             .collect();
-        let (observations, _, _, _, info, _) = vectors(py, &steps)?;
+        let (observations, _, _, _, info, _, _) = vectors(py, &steps, self.vector.task())?;
         Ok((observations, info))
     }
 
@@ -414,7 +412,7 @@ impl Batch {
         };
         let threads = self.threads;
         let steps = py.detach(|| self.vector.step_all(&commands, auto_reset, threads));
-        vectors(py, &steps)
+        vectors(py, &steps, self.vector.task())
     }
 }
 
@@ -479,25 +477,36 @@ impl Batch {
         )))
     }
 
-    fn info<'py>(
-        &self,
-        py: Python<'py>,
-        values: &[f64; INFO_WIDTH],
-    ) -> PyResult<Bound<'py, PyDict>> {
+    /// Commands of all environments.
+    fn check_commands(&self, commands: &[f64]) -> PyResult<()> {
+        if commands.len() != self.vector.len() {
+            return Err(value_error(format!(
+                "{} commands were given for {} environments",
+                commands.len(),
+                self.vector.len()
+            )));
+        }
+        commands.iter().try_for_each(|&value| check_command(value))
+    }
+
+    fn info<'py>(&self, py: Python<'py>, step: &VectorStep) -> PyResult<Bound<'py, PyDict>> {
         let info = PyDict::new(py);
-        for (k, (name, value)) in self.names.iter().zip(values).enumerate() {
+        for (k, (name, value)) in self.names.iter().zip(&step.info).enumerate() {
             if k == INFO_SIZE - 1 {
                 info.set_item(name, *value != 0.0)?;
             } else {
                 info.set_item(name, value)?;
             }
         }
+        if let Some(ended) = step.ended {
+            info.set_item("ended_by", self.vector.task().end_name(ended))?;
+        }
         Ok(info)
     }
 }
 
 /// What describes a recording of a body's motion.
-fn recording_metadata(body: &Body, task: &TaskParameters, name: &str) -> RecordingMetadata {
+pub fn recording_metadata(body: &Body, task: &TaskParameters, name: &str) -> RecordingMetadata {
     Simulation::new(body, task, BodyState::standing(body), 0.0).metadata(name, 0)
 }
 
@@ -539,7 +548,11 @@ fn check_command(omega_v: f64) -> PyResult<()> {
 }
 
 /// A step of all environments as arrays: observations one row for each environment, `info` one row for each name.
-fn vectors<'py>(py: Python<'py>, steps: &[VectorStep]) -> PyResult<Vectors<'py>> {
+fn vectors<'py>(
+    py: Python<'py>,
+    steps: &[VectorStep],
+    task: &TaskParameters,
+) -> PyResult<Vectors<'py>> {
     let count = steps.len();
     let array = |observations: &dyn Fn(&VectorStep) -> [f64; OBSERVATION_SIZE],
                  info: &dyn Fn(&VectorStep) -> [f64; INFO_WIDTH]| {
@@ -552,12 +565,19 @@ fn vectors<'py>(py: Python<'py>, steps: &[VectorStep]) -> PyResult<Vectors<'py>>
         (o.into_pyarray(py), i.into_pyarray(py))
     };
     let (observations, info) = array(&|step| step.observation, &|step| step.info);
-    let ended = steps.iter().any(|step| step.last.is_some());
-    let last = ended.then(|| {
+    let begun = steps.iter().any(|step| step.last.is_some());
+    let last = begun.then(|| {
         array(
             &|step| step.last.map_or([0.0; OBSERVATION_SIZE], |last| last.0),
             &|step| step.last.map_or([0.0; INFO_WIDTH], |last| last.1),
         )
+    });
+    let ended = steps.iter().any(|step| step.ended.is_some());
+    let ended_by = ended.then(|| {
+        let reasons = steps.iter().map(|step| step.ended);
+        reasons
+            .map(|reason| Some(task.end_name(reason?).to_owned()))
+            .collect()
     });
     let flags = |flag: fn(&VectorStep) -> bool| PyArray1::from_iter(py, steps.iter().map(flag));
     Ok((
@@ -567,5 +587,6 @@ fn vectors<'py>(py: Python<'py>, steps: &[VectorStep]) -> PyResult<Vectors<'py>>
         flags(|step| step.truncated),
         info,
         last,
+        ended_by,
     ))
 }

@@ -1,9 +1,11 @@
 //! Trained controllers.
 
-use crate::convert::{os_error, read_controller, to_python, value_error, with_overrides};
+use crate::convert::{
+    body_and_task, from_python, os_error, parameters, read_controller, to_python, value_error,
+};
 use crate::recording::Recording;
 use gaitshift_experiment::{CommandProfile, Deterministic, Rollout, portable_path};
-use gaitshift_task::{ACTION_SIZE, Environment, OBSERVATION_SIZE, scale_observation};
+use gaitshift_task::{ACTION_SIZE, Disturbance, Environment, OBSERVATION_SIZE, scale_observation};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -127,7 +129,8 @@ impl Controller {
         }
     }
 
-    #[pyo3(signature = (profile, duration_s, seed = None, body = None))]
+    #[pyo3(signature = (profile, duration_s, seed = None, body = None, task = None, disturbance = None))]
+    #[allow(clippy::too_many_arguments)]
     fn record(
         &self,
         py: Python<'_>,
@@ -135,6 +138,8 @@ impl Controller {
         duration_s: f64,
         seed: Option<u64>,
         body: Option<&Bound<'_, PyAny>>,
+        task: Option<&Bound<'_, PyAny>>,
+        disturbance: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Recording> {
         if !(0.0..=3600.0).contains(&duration_s) {
             return Err(value_error(format!(
@@ -142,21 +147,28 @@ impl Controller {
             )));
         }
         let profile = command_profile(&profile)?;
-        let parameters = with_overrides(&self.controller.body, body, "body")?;
-        let body = gaitshift_body::Body::new(parameters).map_err(value_error)?;
-        let task = &self.controller.task;
-        task.validate(body.parameters()).map_err(value_error)?;
-        let start = Environment::start(&body, task, seed);
+        let (mut body, task) = body_and_task(None, Some(&self.controller), body, task)?;
+        let disturbance = match disturbance {
+            Some(table) => {
+                let table = from_python(table, "disturbance")?;
+                let disturbance: Disturbance = parameters(table, "disturbance")?;
+                disturbance.validate().map_err(value_error)?;
+                body = disturbance.place(body);
+                Some(disturbance)
+            }
+            None => None,
+        };
+        let start = Environment::start(&body, &task, seed);
         let mut policy = self.controller.policy.clone();
         let recording = py.detach(|| {
             Rollout {
                 body: &body,
-                task,
+                task: &task,
                 start,
                 profile: &profile,
                 duration_s,
                 seed: seed.unwrap_or(0),
-                disturbance: None,
+                disturbance: disturbance.as_ref(),
                 controller: &portable_path(Path::new(&self.name)),
             }
             .record(&mut Deterministic(&mut policy))

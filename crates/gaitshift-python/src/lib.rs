@@ -36,6 +36,7 @@ fn native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(training::train, m)?)?;
     m.add_function(wrap_pyfunction!(training::resume, m)?)?;
     m.add_function(wrap_pyfunction!(training::run_config, m)?)?;
+    m.add_function(wrap_pyfunction!(training::motion_names, m)?)?;
     m.add_function(wrap_pyfunction!(training::train_trial, m)?)?;
     m.add_function(wrap_pyfunction!(training::sweep_trials, m)?)?;
     m.add_function(wrap_pyfunction!(training::sweep_table, m)?)?;

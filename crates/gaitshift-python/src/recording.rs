@@ -126,7 +126,7 @@ impl Recording {
         let mut columns = self.0.every_column();
         let (_, series) = columns.find(|(known, _)| *known == name).ok_or_else(|| {
             PyKeyError::new_err(format!(
-                "this recording has no column `{name}`; its attribute `columns` lists those that it has"
+                "this recording has no column `{name}`; list(recording) gives the names of those that it has"
             ))
         })?;
         Ok(PyArray1::from_slice(py, series))

@@ -1,10 +1,14 @@
 //! Training runs, without the interpreter's lock.
 
+use crate::batch::recording_metadata;
 use crate::convert::{to_python, value_error};
+use gaitshift_analysis::{AnalysisOptions, Recording, summarise};
+use gaitshift_body::{Body, BodyParameters};
 use gaitshift_experiment::{
-    Experiment, Judgement, Observer, Progress, Sweep, Training, TrainingError, folder_name,
-    portable_command, sweep_command,
+    Experiment, Judgement, Observer, Progress, SteadyMotion, Sweep, Training, TrainingError,
+    folder_name, portable_command, sweep_command,
 };
+use gaitshift_task::TaskParameters;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -131,6 +135,23 @@ pub fn run_config(py: Python<'_>, folder: PathBuf) -> PyResult<Bound<'_, PyAny>>
     to_python(py, &experiment)
 }
 
+/// See `_native.pyi`.
+#[pyfunction]
+pub fn motion_names(py: Python<'_>) -> PyResult<Vec<String>> {
+    let body = Body::new(BodyParameters::default()).map_err(value_error)?;
+    let metadata = recording_metadata(&body, &TaskParameters::default(), "");
+    let summary = summarise(&Recording::new(metadata), &AnalysisOptions::default());
+    let motion = SteadyMotion {
+        omega_v: 0.0,
+        asked: None,
+        summary,
+    };
+    to_python(py, &motion)?
+        .try_iter()?
+        .map(|name| name?.extract())
+        .collect()
+}
+
 fn run(
     py: Python<'_>,
     begin: impl FnOnce() -> Result<Training, TrainingError> + Send,
@@ -149,8 +170,8 @@ fn run(
     })
 }
 
-/// Tells a Python function how training goes. The run stops with a checkpoint when the function returns False or raises,
-/// on Ctrl-C, and at a step that was given.
+/// Tells a Python function how training goes. The run stops with a checkpoint when the function returns what counts as
+/// false, but for None, or raises, on Ctrl-C, and at a step that was given.
 struct Caller {
     callback: Py<PyAny>,
     stop_at_step: Option<u64>,
@@ -186,7 +207,8 @@ impl Caller {
         evaluation: Option<Bound<'py, PyDict>>,
     ) -> PyResult<()> {
         let answer = self.callback.call1(py, (what, value, evaluation))?;
-        let no = answer.is(py.get_type::<pyo3::types::PyBool>().call1((false,))?);
+        // NumPy's False is not Python's; None is what a function without `return` gives.
+        let no = !answer.is_none(py) && !answer.is_truthy(py)?;
         self.stop.borrow_mut().requested |= no;
         Ok(())
     }

@@ -62,15 +62,19 @@ def test_a_fall_terminates_where_the_program_says(program, tmp_path):
     env = make(controller=controller, omega_v=3.0, body={"friction": 0.01})
     observation, _ = env.reset(options={"start": "default"})
     for row in range(1, recording.rows):
-        observation, _, terminated, _, _ = env.step(controller(observation))
+        observation, _, terminated, _, info = env.step(controller(observation))
         assert terminated == (row == recording.rows - 1)
+        assert ("ended_by" in info) == terminated
+    assert info["ended_by"] == recording.metadata["ended_by"] == "hip height"
 
 
 def test_the_time_limit_truncates():
     env = make(task={"control_period_s": 0.01, "termination": {"time_limit_s": 0.05}})
     env.reset(seed=1)
-    ends = [env.step(np.zeros(2))[2:4] for _ in range(5)]
-    assert ends == [(False, False)] * 4 + [(False, True)]
+    steps = [env.step(np.zeros(2))[2:] for _ in range(5)]
+    assert [step[:2] for step in steps] == [(False, False)] * 4 + [(False, True)]
+    assert [step[2].get("ended_by") for step in steps] == [None] * 4 + ["time limit"]
+    assert "ended_by" not in env.reset()[1]
 
 
 def test_a_diverged_simulation_terminates_with_a_flag_and_finite_numbers():
@@ -83,6 +87,7 @@ def test_a_diverged_simulation_terminates_with_a_flag_and_finite_numbers():
         if terminated:
             break
     assert info["diverged"] is True
+    assert info.pop("ended_by") == "diverged"
     assert all(np.isfinite(value) for value in info.values())
 
 
@@ -115,6 +120,45 @@ def test_the_command_is_drawn_or_given_or_changed():
     env.omega_v = -0.25
     assert env.step(np.zeros(2))[0][-1] == -0.25
     assert env.omega_v == -0.25
+
+
+def test_the_command_is_changed_inside_the_wrappers():
+    # The documented ways; an attribute of the wrapper is none of the environment's.
+    for change in (
+        lambda env: setattr(env.unwrapped, "omega_v", 2.5),
+        lambda env: env.set_wrapper_attr("omega_v", 2.5),
+    ):
+        env = gymnasium.make(ID, omega_v=1.0)
+        env.reset(seed=1)
+        change(env)
+        assert env.step(np.zeros(2, dtype=np.float32))[0][-1] == 2.5
+
+
+# docs/formats.md says both of the noise of environments.
+def test_disturbed_it_moves_as_the_program_does_to_the_bit_but_for_noise():
+    controller = gaitshift.Controller.shipped()
+    disturbance = {
+        "latency_s": 0.004,
+        "actuator_factor": [0.9, 1.0],
+        "pushes": [{"forward_n": 60, "start_s": 0.5}],
+        "terrain": {"slope_rad": 0.03, "slope_from_m": 0.5},
+    }
+    differ = {}
+    for noise in (0.0, 0.01):
+        disturbance["noise"] = {"theta_rad": noise}
+        recording = controller.record(1.5, 2.0, seed=7, disturbance=disturbance)
+        env = make(controller=controller, omega_v=1.5, disturbance=disturbance)
+        observation, info = env.reset(seed=7)
+        x_m = [info["x_m"]]
+        for _ in range(1, recording.rows):
+            observation, _, terminated, truncated, info = env.step(controller(observation))
+            x_m.append(info["x_m"])
+            if terminated or truncated:
+                break
+        assert len(x_m) > 100
+        differ[noise] = not np.array_equal(x_m, recording["x_m"][: len(x_m)])
+        assert x_m[0] == recording["x_m"][0]
+    assert differ == {0.0: False, 0.01: True}
 
 
 def test_actions_beyond_the_limits_are_limited():

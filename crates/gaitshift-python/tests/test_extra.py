@@ -37,7 +37,16 @@ def test_the_term_is_in_reward_and_info() -> None:
     assert copied.step(action)[1] == own.step(action)[1]
     own.step(action)
     _, _, terminated, truncated, info = own.step(action)
-    assert terminated and not truncated and info["diverged"] is False
+    assert terminated and not truncated and info["diverged"] is False and info["ended_by"] == "late"
+
+
+def test_info_tells_which_rule_ended_it_and_what_was_undefined() -> None:
+    for expression, reason in (("time_s > 0.035", "second"), ("sqrt(0.035 - time_s) > 1", "undefined")):
+        rules = [{"name": "first", "expression": "time_s > 0.055"}, {"name": "second", "expression": expression}]
+        env = PassiveBipedEnv(omega_v=1.0, task={**PERIOD, "termination": {"extra": rules}})
+        env.reset(seed=1)
+        told = [env.step(np.zeros(2, dtype=np.float32))[4].get("ended_by") for _ in range(4)]
+        assert told == [None] * 3 + [reason]
 
 
 def test_gymnasium_accepts_it() -> None:

@@ -1,5 +1,6 @@
-"""Contract: controllers act and record from Python to the same bits as the program; recordings go through CSV, NPZ and
-pandas without losing a bit; the analysis is the program's; what is no controller or recording is refused."""
+"""Contract: controllers act and record from Python to the same bits as the program, disturbed motions too; recordings go
+through CSV, NPZ and pandas without losing a bit; the analysis is the program's; what is no controller or recording is
+refused."""
 
 import copy
 import json
@@ -44,6 +45,39 @@ def test_it_records_as_the_program_does(program, tmp_path, controller, seed):
     program("evaluate", "--omega-v", 1.5, "--duration-s", 3, "--out", tmp_path, *drawn)
     theirs = gaitshift.Recording.read_csv(tmp_path / "omega_v_1.5.csv")
     assert_same(controller.record(1.5, 3.0, seed=seed), theirs)
+
+
+# What went wrong: only undisturbed motions could be recorded from Python.
+def test_it_records_disturbed_motions_as_the_program_does(program, tmp_path, controller):
+    options = ["--push", "80:-20@1.5,0.2", "--push", "60@1+0.25", "--slope", "0.03rad@1", "--step-up", "0.01@2"]
+    options += ["--noise", "theta=0.01", "--latency", "0.004", "--weak", "right=0.9"]
+    options += ["--set", "task.reward.omega_e=0.02", "--set", "friction=0.8"]
+    program("evaluate", "--omega-v", 1.5, "--duration-s", 4, "--seed", 3, "--out", tmp_path, *options)
+    theirs = gaitshift.Recording.read_csv(tmp_path / "omega_v_1.5.csv")
+    ours = controller.record(
+        1.5,
+        4.0,
+        seed=3,
+        body={"friction": 0.8},
+        task={"reward": {"omega_e": 0.02}},
+        disturbance={
+            "pushes": [
+                {"forward_n": 80, "up_n": -20, "start_s": 1.5, "duration_s": 0.2},
+                {"forward_n": 60, "start_s": 1, "phase": 0.25},
+            ],
+            "terrain": {"slope_rad": 0.03, "slope_from_m": 1, "steps": [{"height_m": 0.01, "at_m": 2}]},
+            "noise": {"theta_rad": 0.01},
+            "latency_s": 0.004,
+            "actuator_factor": [0.9, 1.0],
+        },
+    )
+    assert_same(ours, theirs)
+    # Both pushes came: there was a stride for the one at a phase.
+    assert len(ours.metadata["disturbance"]["pushes"]) == 2 and ours.metadata["ground"] and ours.rows > 200
+
+
+def test_a_disturbance_that_changes_nothing_is_none(controller):
+    assert_same(controller.record(1.5, 1.0, disturbance={}, task={}), controller.record(1.5, 1.0))
 
 
 def test_a_changing_command_and_its_analysis(program, tmp_path, controller):
@@ -112,7 +146,8 @@ def test_a_recording_from_arrays(recording):
     assert list(plain) == list(gaitshift.COLUMNS) and plain.summary()["energy_recovery"] is None
     with pytest.raises(ValueError, match="metadata"):
         gaitshift.Recording({"seed": 1}, columns)
-    with pytest.raises(KeyError, match="speed"):
+    # It named an attribute that there is none of.
+    with pytest.raises(KeyError, match=r"`speed`; list\(recording\) gives the names"):
         recording["speed"]
 
 
@@ -141,6 +176,16 @@ def test_bad_motions_are_refused(controller):
             controller.record(*arguments)
     with pytest.raises(ValueError, match="frction"):
         controller.record(1.0, 1.0, body={"frction": 0.5})
+    for wrong, error, words in [
+        ({"task": {"reward": {"omga_e": 0.5}}}, ValueError, "did you mean `omega_e`"),
+        ({"task": {"control_period_s": 0.0}}, ValueError, "control_period_s"),
+        ({"disturbance": {"latencey_s": 1}}, ValueError, "did you mean `latency_s`"),
+        ({"disturbance": {"terrain": {"slope_rad": 3}}}, ValueError, r"terrain\.slope_rad"),
+        ({"disturbance": "slope.toml"}, TypeError, "`disturbance` must be a mapping"),
+        ({"body": 3}, TypeError, "`body` must be a mapping"),
+    ]:
+        with pytest.raises(error, match=words):
+            controller.record(1.0, 1.0, **wrong)
     with pytest.raises((OverflowError, TypeError, ValueError)):
         controller.record(1.0, 1.0, seed=-1)
 

@@ -1,6 +1,6 @@
 """Contract: a run from Python is the program's to the bit; stopped by callback, step, error or Ctrl-C it leaves a
-checkpoint and goes on to the same bits; other threads go on meanwhile; a run's folder reads as frames and controllers;
-what is wrong is one clear error."""
+checkpoint and goes on to the same bits; other threads go on meanwhile; a run's folder reads as frames and controllers, with
+all its columns from the start on; what is wrong is one clear error."""
 
 import logging
 import os
@@ -93,6 +93,16 @@ def test_a_run_that_is_going_on_can_be_read(whole, tmp_path):
         _ = going.best
 
 
+def test_before_the_first_evaluation_tables_have_their_columns(whole, tiny, tmp_path):
+    run, _ = whole
+    early = gaitshift.train(tiny, out=tmp_path / "run", steps=1000)
+    for name in ("evaluations", "motions", "criteria", "metrics", "episodes"):
+        assert list(getattr(early, name).columns) == list(getattr(run, name).columns), name
+    assert early.motions.empty and early.criteria.empty
+    # As docs/python.md has it; it was a KeyError.
+    assert early.motions.pivot(index="step", columns="omega_v", values="gait").empty
+
+
 def settings():
     return {"body.friction": 0.8, "training": {"metrics_interval_steps": 500}}
 
@@ -119,6 +129,19 @@ def test_stopped_by_callback_step_and_error_it_goes_on_to_the_same_bits(whole, t
 def test_none_from_the_callback_does_not_stop_it(tiny, tmp_path):
     run = gaitshift.train(tiny, out=tmp_path / "run", steps=2000, callback=lambda progress: None)
     assert run.report["step"] >= 2000
+
+
+# What went wrong: only Python's own False stopped a run, so that a comparison of NumPy numbers did not.
+@pytest.mark.parametrize("no", [np.False_, np.float64(1.0) < 0.0, 0, ""])
+def test_whatever_is_false_but_none_stops_it(tiny, tmp_path, no):
+    run = gaitshift.train(tiny, out=tmp_path / "run", steps=5000, callback=lambda progress: no)
+    assert run.report["step"] < 3000
+
+
+def test_an_answer_that_is_neither_true_nor_false_is_an_error(tiny, tmp_path):
+    with pytest.raises(ValueError, match="truth value"):
+        gaitshift.train(tiny, out=tmp_path / "run", callback=lambda progress: np.zeros(2))
+    assert gaitshift.Run(tmp_path / "run").report["step"] < 3000
 
 
 def test_ctrl_c_leaves_a_checkpoint(tiny, tmp_path):

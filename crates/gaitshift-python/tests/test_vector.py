@@ -46,7 +46,7 @@ def test_it_equals_gymnasiums_own_vector_of_single_environments(mode, threads):
     a, b = ours.reset(seed=11), theirs.reset(seed=11)
     np.testing.assert_array_equal(a[0], b[0])
     assert_equal_info(a[1], b[1], "reset")
-    ends = np.zeros(2)
+    ends, reasons = np.zeros(2), set()
     for k in range(300):
         actions = rng.uniform(-1, 1, (count, 2)).astype(np.float32)
         a, b = ours.step(actions), theirs.step(actions)
@@ -55,7 +55,16 @@ def test_it_equals_gymnasiums_own_vector_of_single_environments(mode, threads):
             assert one.dtype == other.dtype
         assert_equal_info(a[4], b[4], k)
         ends += [a[2].sum(), a[3].sum()]
+        # Only where an episode ended, and by its name in the single environment's info.
+        last = a[4].get("final_info", a[4])
+        over = a[2] | a[3]
+        assert ("ended_by" in last) == over.any()
+        if over.any():
+            np.testing.assert_array_equal(last["_ended_by"], over)
+            assert all((reason is not None) == it for reason, it in zip(last["ended_by"], over))
+            reasons |= set(last["ended_by"][over])
     assert np.all(ends > 3), f"terminated, truncated: {ends}"
+    assert reasons == {"time limit", "hip height"}
 
 
 def test_what_a_step_gave_is_not_changed_later():
@@ -116,6 +125,45 @@ def test_commands_of_each_environment():
         with pytest.raises(ValueError):
             env.set_omega_v(values)
     np.testing.assert_array_equal(env.step(np.zeros((2, 2)))[0][:, -1], [0.5, 1.5])
+
+
+# What went wrong: a sequence was refused at reset, "must be a number", although states are given one for each.
+@pytest.mark.parametrize("omega_v", [[0, 1, 2], (0.0, 1.0, 2.0), np.arange(3)])
+def test_commands_of_each_environment_at_reset(omega_v):
+    env = gymnasium.make_vec(ID, num_envs=3).unwrapped
+    observations, info = env.reset(seed=1, options={"omega_v": omega_v})
+    np.testing.assert_array_equal(observations[:, -1], [0.0, 1.0, 2.0])
+    np.testing.assert_array_equal(info["omega_v"], [0.0, 1.0, 2.0])
+    # To the bit as one by one.
+    for i in range(3):
+        alone = gaitshift.PassiveBipedEnv().reset(seed=1 + i, options={"omega_v": float(i)})[0]
+        np.testing.assert_array_equal(observations[i], alone)
+    # Those beside the mask keep theirs.
+    mask = np.array([False, True, False])
+    observations, _ = env.reset(options={"omega_v": [3.0, 3.0, 3.0], "reset_mask": mask})
+    np.testing.assert_array_equal(observations[:, -1], [0.0, 3.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("omega_v", "error", "words"),
+    [
+        ([1.0, 2.0], ValueError, "has the length 2, but there are 3"),
+        ([1.0], ValueError, "has the length 1, but there are 3"),
+        ([], ValueError, "has the length 0, but there are 3"),
+        ([1.0, np.nan, 2.0], ValueError, "`omega_v` is NaN"),
+        ([1.0, 101.0, 2.0], ValueError, "`omega_v` is 101"),
+        ("fast", TypeError, "a number, or 3 of them"),
+        (["a", "b", "c"], TypeError, "a number, or 3 of them"),
+        ([[1.0], [1.0, 2.0], 3.0], TypeError, "a number, or 3 of them"),
+        (np.ones((3, 1)), TypeError, "a number, or 3 of them"),
+    ],
+)
+def test_bad_commands_at_reset_change_nothing(omega_v, error, words):
+    env = gymnasium.make_vec(ID, num_envs=3, omega_v=0.5).unwrapped
+    env.reset(seed=1)
+    with pytest.raises(error, match=words):
+        env.reset(options={"omega_v": omega_v})
+    np.testing.assert_array_equal(env.step(np.zeros((3, 2)))[0][:, -1], [0.5] * 3)
 
 
 def test_it_steps_without_the_interpreters_lock():

@@ -87,6 +87,8 @@ pub struct VectorStep {
     pub terminated: bool,
     /// The time limit was reached.
     pub truncated: bool,
+    /// Why the episode ended, if it did.
+    pub ended: Option<EndReason>,
     /// The information, in the order of [`info_names`]; what is beyond the names is 0.
     pub info: [f64; INFO_WIDTH],
     /// The terms of the reward.
@@ -104,6 +106,7 @@ impl Default for VectorStep {
             reward: 0.0,
             terminated: false,
             truncated: false,
+            ended: None,
             info: [0.0; INFO_WIDTH],
             terms: RewardTerms::default(),
             report: AdvanceReport::default(),
@@ -476,6 +479,7 @@ impl Setting {
             reward: outcome.factor * outcome.terms.sum(),
             terminated: outcome.ended.is_some_and(EndReason::is_termination),
             truncated: outcome.ended == Some(EndReason::TimeLimit),
+            ended: outcome.ended,
             info: self.info(member, &outcome.terms, &report, diverged),
             terms: outcome.terms,
             report,

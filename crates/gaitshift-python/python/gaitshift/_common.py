@@ -12,7 +12,7 @@ from gymnasium.error import Error
 from numpy.typing import NDArray
 
 from gaitshift import _native
-from gaitshift._motion import Controller
+from gaitshift._motion import Controller, checked_table
 
 Command = float | tuple[float, float]
 
@@ -81,9 +81,6 @@ def make_batch(
     if controller is not None and not isinstance(controller, Controller):
         raise TypeError(f"`controller` must be a gaitshift.Controller or a path, not {type(controller).__name__}")
     tables = {"body": body, "task": task, "randomization": randomization, "disturbance": disturbance}
-    for name, value in tables.items():
-        if value is not None and not isinstance(value, Mapping):
-            raise TypeError(f"`{name}` must be a mapping of parameters, not {type(value).__name__}")
     try:
         bounds = np.broadcast_to(np.asarray(omega_v, dtype=np.float64), (2,)).tolist()
     except (TypeError, ValueError):
@@ -93,7 +90,7 @@ def make_batch(
         bounds,
         experiment=experiment_text(experiment),
         controller=None if controller is None else controller._native,
-        **{name: None if table is None else dict(table) for name, table in tables.items()},
+        **{name: checked_table(name, table) for name, table in tables.items()},
         threads=threads,
     )
 

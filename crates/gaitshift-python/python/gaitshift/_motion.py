@@ -190,21 +190,30 @@ class Controller:
         *,
         seed: int | None = None,
         body: Mapping[str, Any] | None = None,
+        task: Mapping[str, Any] | None = None,
+        disturbance: Mapping[str, Any] | None = None,
     ) -> Recording:
         """Moves and records until the time is over or the body falls, to the same bits as the program.
 
         Args:
             omega_v: the command, or points ``(time in s, command)`` joined by straight lines.
-            duration_s: at most this long, in s.
-            seed: draws the start, as ``--seed``; without it the default start.
+            duration_s: at most this long, in s; the task's time limit is not applied.
+            seed: draws the start and the noise, as ``--seed``; without it the default start.
             body: parameters that differ from the body it was trained on.
+            task: parameters that differ from the task it was trained on.
+            disturbance: what disturbs the motion, with the keys of ``gaitshift evaluate --disturbance``, e.g.
+                ``{"terrain": {"slope_rad": 0.03}, "pushes": [{"forward_n": 80, "start_s": 2, "phase": 0.25}]}``.
+
+        Raises:
+            ValueError: an unknown parameter or a value out of range.
         """
         if isinstance(omega_v, (int, float, np.number)):
             points = [(0.0, float(omega_v))]
         else:
             points = [(float(t), float(w)) for t, w in omega_v]
-        changes = None if body is None else dict(body)
-        return Recording._wrap(self._native.record(points, duration_s, seed, changes))
+        tables = {"body": body, "task": task, "disturbance": disturbance}
+        changes = {name: checked_table(name, table) for name, table in tables.items()}
+        return Recording._wrap(self._native.record(points, duration_s, seed, **changes))
 
     def onnx(self) -> bytes:
         """The policy as an ONNX file: ``observation`` (batch, 14), not scaled, to ``action`` (batch, 2)."""
@@ -220,6 +229,15 @@ class Controller:
 
     def __repr__(self) -> str:
         return f"<Controller {self.name}>"
+
+
+def checked_table(name: str, table: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """Parameters that are given as a mapping, if they are given."""
+    if table is None:
+        return None
+    if not isinstance(table, Mapping):
+        raise TypeError(f"`{name}` must be a mapping of parameters, not {type(table).__name__}")
+    return dict(table)
 
 
 def _controller(data: bytes, name: str) -> Controller:

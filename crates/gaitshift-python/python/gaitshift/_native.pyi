@@ -140,6 +140,8 @@ class Controller:
         duration_s: float,
         seed: int | None = None,
         body: Mapping[str, Any] | None = None,
+        task: Mapping[str, Any] | None = None,
+        disturbance: Mapping[str, Any] | None = None,
     ) -> Recording: ...
 
 def train(
@@ -158,6 +160,9 @@ def train(
 
 def resume(folder: str, callback: Callable[..., object], *, threads: int | None, steps: int | None) -> None: ...
 def run_config(folder: str) -> dict[str, Any]: ...
+def motion_names() -> list[str]:
+    """Names of what an evaluation tells of each of its steady motions, in their order."""
+
 def train_trial(config: str, command: str, out: str, callback: Callable[..., object]) -> None:
     """Trains a trial of a sweep from its whole configuration."""
 
@@ -250,12 +255,18 @@ class Batch:
     def reset_all(
         self,
         mask: Sequence[bool],
-        omega_v: float | None = None,
+        omega_v: Sequence[float] | None = None,
         default_start: bool = False,
         states: Sequence[tuple[_Floats, _Floats]] | None = None,
     ) -> tuple[_Floats, _Floats]: ...
     def step(
         self, actions: _Floats, autoreset: int
     ) -> tuple[
-        _Floats, _Floats, NDArray[np.bool_], NDArray[np.bool_], _Floats, tuple[_Floats, _Floats] | None
+        _Floats,
+        _Floats,
+        NDArray[np.bool_],
+        NDArray[np.bool_],
+        _Floats,
+        tuple[_Floats, _Floats] | None,
+        list[str | None] | None,
     ]: ...

@@ -8,7 +8,7 @@ import logging
 import math
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
@@ -68,7 +68,8 @@ class Progress:
 
 
 Callback = Callable[[Progress], object]
-"""Called every few thousand steps and after every evaluation; ``False`` stops the run with a checkpoint."""
+"""Called every few thousand steps and after every evaluation; ``False``, or what else counts as false but ``None``, stops the
+run with a checkpoint."""
 
 
 def train(
@@ -247,12 +248,12 @@ class Run:
     def motions(self) -> pandas.DataFrame:
         """The steady motions of all evaluations: one row for each ``step`` and command ``omega_v``, its gait, speed, Froude
         number and everything else that ``gaitshift evaluate --json`` gives."""
-        return self._nested("rows")
+        return self._nested("rows", _native.motion_names())
 
     @property
     def criteria(self) -> pandas.DataFrame:
         """The criteria of all evaluations: ``step``, ``name``, ``value``, ``met``, ``reason``, ``credit``."""
-        return self._nested("checks")
+        return self._nested("checks", ["name", "value", "met", "reason", "credit"])
 
     @property
     def controllers(self) -> Mapping[int, Controller]:
@@ -312,9 +313,10 @@ class Run:
                 raise ValueError(f"{path}: line {number} is damaged: {error}") from None
         return lines
 
-    def _nested(self, name: str) -> pandas.DataFrame:
+    def _nested(self, name: str, columns: Sequence[str]) -> pandas.DataFrame:
         rows = [{"step": line["step"], **row} for line in self._evaluations() for row in line[name]]
-        return _pandas().DataFrame(rows)
+        # Rows of another version keep their own columns.
+        return _pandas().DataFrame(rows, columns=None if rows else ["step", *columns])
 
 
 class _Controllers(Mapping[int, Controller]):

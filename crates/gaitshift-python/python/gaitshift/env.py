@@ -49,6 +49,8 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     **info**: floats by the names of ``gaitshift.INFO_NAMES``: the reward's weighted terms (their sum times the common
     factor is the reward), energies, works and losses since the episode began (J), contact forces (N, means over the
     period), position (m), time (s) and command; and ``reward_NAME`` for each term of ``task["reward"]["extra"]``.
+    The last step of an episode also has the text ``ended_by``: why it ended, in the words of recordings and of ``episodes.csv``
+    (``"time limit"``, ``"pitch"``, ``"hip height"``, ``"diverged"``, ``"undefined"``, or the name of a rule of one's own).
 
     **reset** takes the options ``omega_v`` (the command of this episode) and ``start`` (``"random"`` or ``"default"``: the
     middle of the ranges that starts are drawn from), or ``state`` (positions and velocities, as :attr:`state` gives them, to
@@ -110,7 +112,11 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
 
     @property
     def omega_v(self) -> float:
-        """The command in force. Set it during an episode to change gait: the next step, and its reward, are under it."""
+        """The command in force. Set it during an episode to change gait: the next step, and its reward, are under it.
+
+        ``gymnasium.make`` wraps the environment: write ``env.unwrapped.omega_v = 3.0``, since ``env.omega_v = 3.0`` would only
+        set an attribute of the wrapper.
+        """
         return self._batch.omega_v[0]
 
     @omega_v.setter

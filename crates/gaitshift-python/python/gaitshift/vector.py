@@ -35,12 +35,13 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
 
     Observations ``(num_envs, 14)``, actions ``(num_envs, 2)``, rewards ``(num_envs,)`` float64, flags ``(num_envs,)``
     bool. ``info[name]`` is an array ``(num_envs,)`` for every name of the single environment's info and ``info["_" + name]``
-    says for which environments it holds, which is all of them.
+    says for which environments it holds, which is all of them. Where episodes ended there is ``info["ended_by"]`` too, an
+    object array with ``None`` for the others.
 
-    The option ``state`` of :meth:`reset` has a row for each environment. Seeds, automatic resets and
-    ``options["reset_mask"]`` follow Gymnasium's ``SyncVectorEnv``: environment ``i`` gets ``seed + i``; with
-    ``AutoresetMode.SAME_STEP`` what the last step of an episode gave is in ``info["final_obs"]`` (an object array) and
-    ``info["final_info"]``.
+    The option ``omega_v`` of :meth:`reset` is one command for all or a sequence of ``num_envs``; the option ``state`` has a row
+    for each environment. Seeds, automatic resets and ``options["reset_mask"]`` follow Gymnasium's ``SyncVectorEnv``:
+    environment ``i`` gets ``seed + i``; with ``AutoresetMode.SAME_STEP`` what the last step of an episode gave is in
+    ``info["final_obs"]`` (an object array) and ``info["final_info"]``, where ``ended_by`` then is.
     """
 
     metadata: dict[str, Any] = {
@@ -94,6 +95,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         self._check_open()
         options = dict(options or {})
         mask = options.pop("reset_mask", None)
+        commands = self._checked_commands(options.pop("omega_v", None))
         opening = reset_options(options, self.num_envs)
         mask = np.ones(self.num_envs, dtype=bool) if mask is None else self._checked_mask(mask)
         if not self._seeded and not mask.all():
@@ -116,7 +118,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
                 self._batch.seed(i, int(self.np_random.integers(2**63)))
         self._seeded = True
         states = None if opening.state is None else list(zip(*opening.state))
-        observations, info = self._batch.reset_all(mask.tolist(), opening.omega_v, opening.default_start, states)
+        observations, info = self._batch.reset_all(mask.tolist(), commands, opening.default_start, states)
         self._over = self._over & ~mask
         return observations, self._info(info, mask)
 
@@ -137,23 +139,22 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         commands = np.ascontiguousarray(actions, dtype=np.float64)
         if commands.shape != (self.num_envs, 2):
             raise ValueError(f"the actions have the shape {commands.shape}, but it must be ({self.num_envs}, 2)")
-        observations, rewards, terminated, truncated, info, final = self._batch.step(
+        observations, rewards, terminated, truncated, info, final, ended_by = self._batch.step(
             commands, _MODES[self.autoreset_mode]
         )
         over = terminated | truncated
         self._over = over
         infos = self._info(info, np.ones(self.num_envs, dtype=bool))
+        last = infos
         if final is not None:
             final_observations, final_info = final
             rows = np.full(self.num_envs, None, dtype=object)
             for i in np.flatnonzero(over):
                 rows[i] = final_observations[i]
-            infos |= {
-                "final_obs": rows,
-                "_final_obs": over,
-                "final_info": self._info(final_info, over),
-                "_final_info": over,
-            }
+            last = self._info(final_info, over)
+            infos |= {"final_obs": rows, "_final_obs": over, "final_info": last, "_final_info": over}
+        if ended_by is not None:
+            last |= {"ended_by": np.array(ended_by, dtype=object), "_ended_by": over}
         return observations, rewards, terminated, truncated, infos
 
     def set_omega_v(self, omega_v: float | Sequence[float]) -> None:
@@ -177,6 +178,24 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         info["diverged"] = values[_DIVERGED] != 0.0
         info.update({"_" + name: mask for name in names})
         return info
+
+    def _checked_commands(self, omega_v: Any) -> list[float] | None:
+        if omega_v is None:
+            return None
+        try:
+            commands = np.asarray(omega_v)
+        except ValueError:  # rows of different lengths
+            commands = np.array("")
+        if commands.ndim > 1 or commands.dtype.kind not in "biuf":
+            raise TypeError(
+                f"options['omega_v'] must be a number, or {self.num_envs} of them, one for each environment, not {omega_v!r}"
+            )
+        if commands.shape not in ((), (self.num_envs,)):
+            raise ValueError(
+                f"options['omega_v'] has the length {len(commands)}, but there are {self.num_envs} environments; give one "
+                "command for all, or one for each"
+            )
+        return [float(command) for command in np.broadcast_to(commands, (self.num_envs,))]
 
     def _checked_mask(self, mask: Any) -> NDArray[np.bool_]:
         if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
