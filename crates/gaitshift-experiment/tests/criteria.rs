@@ -250,6 +250,8 @@ fn a_run_is_judged_by_its_own_criteria_and_keeps_them() {
     let mut training = Training::new(experiment, &folder, "test").unwrap();
     let report = training.run(&mut Asked(Until::step(2500))).unwrap();
     assert_eq!(report.criteria, Some(mine().count()));
+    // Two cannot train one run.
+    drop(training);
     let evaluation = &Evaluation::read_all(&folder).unwrap()[0];
     assert_eq!(evaluation.checks.len(), mine().count());
     assert_eq!(evaluation.changes.len(), 1);

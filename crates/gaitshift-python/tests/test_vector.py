@@ -121,8 +121,8 @@ def test_commands_of_each_environment():
     env.reset(seed=1)
     env.set_omega_v([0.5, 1.5])
     np.testing.assert_array_equal(env.step(np.zeros((2, 2)))[0][:, -1], [0.5, 1.5])
-    for values in ([1.0, 2.0, 3.0], [1.0, np.nan]):
-        with pytest.raises(ValueError):
+    for values, words in (([1.0, 2.0, 3.0], "omega_v has the length 3, but there are 2"), ([1.0, np.nan], "`omega_v` is NaN")):
+        with pytest.raises(ValueError, match=words):
             env.set_omega_v(values)
     np.testing.assert_array_equal(env.step(np.zeros((2, 2)))[0][:, -1], [0.5, 1.5])
 

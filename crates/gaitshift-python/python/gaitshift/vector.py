@@ -95,7 +95,8 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         self._check_open()
         options = dict(options or {})
         mask = options.pop("reset_mask", None)
-        commands = self._checked_commands(options.pop("omega_v", None))
+        commands = options.pop("omega_v", None)
+        commands = None if commands is None else self._checked_commands(commands, "options['omega_v']")
         opening = reset_options(options, self.num_envs)
         mask = np.ones(self.num_envs, dtype=bool) if mask is None else self._checked_mask(mask)
         if not self._seeded and not mask.all():
@@ -160,7 +161,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
     def set_omega_v(self, omega_v: float | Sequence[float]) -> None:
         """Changes the command of all environments, or of each by a sequence of ``num_envs`` numbers."""
         self._check_running("set_omega_v")
-        self._batch.omega_v = np.broadcast_to(np.asarray(omega_v, dtype=np.float64), (self.num_envs,)).tolist()
+        self._batch.omega_v = self._checked_commands(omega_v, "omega_v")
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """A picture of every environment as of the single one, in a tuple; ``None`` without a render mode."""
@@ -179,20 +180,18 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         info.update({"_" + name: mask for name in names})
         return info
 
-    def _checked_commands(self, omega_v: Any) -> list[float] | None:
-        if omega_v is None:
-            return None
+    def _checked_commands(self, omega_v: Any, name: str) -> list[float]:
         try:
             commands = np.asarray(omega_v)
         except ValueError:  # rows of different lengths
             commands = np.array("")
         if commands.ndim > 1 or commands.dtype.kind not in "biuf":
             raise TypeError(
-                f"options['omega_v'] must be a number, or {self.num_envs} of them, one for each environment, not {omega_v!r}"
+                f"{name} must be a number, or {self.num_envs} of them, one for each environment, not {omega_v!r}"
             )
         if commands.shape not in ((), (self.num_envs,)):
             raise ValueError(
-                f"options['omega_v'] has the length {len(commands)}, but there are {self.num_envs} environments; give one "
+                f"{name} has the length {len(commands)}, but there are {self.num_envs} environments; give one "
                 "command for all, or one for each"
             )
         return [float(command) for command in np.broadcast_to(commands, (self.num_envs,))]
