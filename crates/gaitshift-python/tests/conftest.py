@@ -1,5 +1,6 @@
 """What the tests share: the program they compare with, and an experiment of seconds."""
 
+import importlib.util
 import os
 import subprocess
 from pathlib import Path
@@ -7,6 +8,15 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[3]
+
+
+def experiment_script(name):
+    """The module of a script below experiments/."""
+    path = REPOSITORY / "experiments" / name
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 @pytest.fixture(scope="session")

@@ -2,11 +2,9 @@
 with the actor's probabilities, and compares the critics with what then comes: of a constant reward its closed form, to the
 1 % that it says the time limit may cut off."""
 
-import importlib.util
-
 import numpy as np
 import pytest
-from conftest import REPOSITORY
+from conftest import experiment_script
 
 import gaitshift
 
@@ -15,11 +13,7 @@ GAMMA = 0.95
 
 @pytest.fixture(scope="module")
 def believed():
-    path = REPOSITORY / "experiments" / "open_choices" / "believed.py"
-    spec = importlib.util.spec_from_file_location("believed", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return experiment_script("open_choices/believed.py")
 
 
 @pytest.fixture(scope="module")

@@ -2,24 +2,18 @@
 would, starts where ours starts, and keeps its books: what the actuators put in is in the motion, in the springs, or was
 taken by dampers, friction and contact, to 2 %. Two seconds suffice; whole gaits are the experiment's business."""
 
-import importlib.util
-
 import mujoco
 import numpy as np
 import onnxruntime
 import pytest
-from conftest import REPOSITORY
+from conftest import experiment_script
 
 import gaitshift
 
 
 @pytest.fixture(scope="module")
 def transfer():
-    path = REPOSITORY / "experiments" / "mujoco_transfer" / "transfer.py"
-    spec = importlib.util.spec_from_file_location("transfer", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return experiment_script("mujoco_transfer/transfer.py")
 
 
 @pytest.fixture(scope="module")
