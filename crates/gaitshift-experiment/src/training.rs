@@ -230,9 +230,13 @@ impl Training {
             observer.note(&note);
         }
         if self.is_finished() {
-            observer.note(
-                "the run has taken all its steps: nothing is left to do; more `steps` for its last phase in its config.toml would go on with it",
-            );
+            let total = self.experiment.curriculum.total_steps();
+            observer.note(if self.counters.step < total {
+                "the run met every criterion and ended there: nothing is left to do"
+            } else {
+                "the run has taken all its steps: nothing is left to do; more `steps` for its last phase in its config.toml would \
+                 go on with it"
+            });
             // It says more than a checkpoint does.
             if let Some(report) = self.report_of_the_end() {
                 return Ok(report);
