@@ -48,11 +48,10 @@ def record(run: Path, into: Path) -> Path:
     lines = (run / "evaluations.jsonl").read_text().splitlines()
     (folder / "evaluations.jsonl").write_text("".join(evaluation(line) + "\n" for line in lines))
     with (run / "episodes.csv").open(newline="") as source, (folder / "episodes.csv").open("w", newline="") as target:
-        rows, writer = csv.DictReader(source), None
+        rows = csv.DictReader(source)
+        writer = csv.DictWriter(target, rows.fieldnames or [], lineterminator="\n")
+        writer.writeheader()
         for row in rows:
-            writer = writer or csv.DictWriter(target, rows.fieldnames or [], lineterminator="\n")
-            if rows.line_num == 2:
-                writer.writeheader()
             for name in ("omega_v", "total_reward", "distance_m"):
                 row[name] = f"{float(row[name]):.4g}"
             writer.writerow(row)

@@ -85,8 +85,7 @@ impl Subject {
         subject.argument = Some(quoted(&portable_path(path)));
         if Controller::run_of(path).is_some() {
             let run = RunName::read(path).map_err(|cause| bad(cause.to_string()))?;
-            subject.name = format!("{}, seed {}", run.name, run.seed);
-            (subject.group, subject.seed) = (run.name, run.seed);
+            subject.is_of(run);
             subject.run = Some(path.to_owned());
             let config = path.join("config.toml");
             let schedule: Schedule = std::fs::read_to_string(&config)
@@ -114,10 +113,15 @@ impl Subject {
             RunName::read_all(&folders).map_err(|cause| ReportError::Subject(cause.to_string()))?;
         let with_run = subjects.iter_mut().filter(|s| s.run.is_some());
         for (subject, of) in with_run.zip(names) {
-            subject.name = format!("{}, seed {}", of.name, of.seed);
-            subject.group = of.name;
+            subject.is_of(of);
         }
         Ok(subjects)
+    }
+
+    /// Is named after its run.
+    fn is_of(&mut self, run: RunName) {
+        self.name = format!("{}, seed {}", run.name, run.seed);
+        (self.group, self.seed) = (run.name, run.seed);
     }
 
     /// Its weight, in N.

@@ -1,5 +1,6 @@
 //! What a value on the command line may be.
 
+use std::cmp::Ordering;
 use std::path::PathBuf;
 
 /// Largest |ω_v|: far beyond what any controller was trained for, far below where numbers overflow.
@@ -60,12 +61,18 @@ pub fn commands(text: &str) -> Result<Commands, String> {
 /// A seed that is there twice: its motions or its run would count twice.
 pub fn distinct(lists: &[Seeds]) -> Result<Vec<u64>, String> {
     let seeds: Vec<u64> = lists.iter().flat_map(|list| list.0.clone()).collect();
-    let mut sorted = seeds.clone();
-    sorted.sort_unstable();
-    match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => Err(format!("seed {} is given twice; give it once", pair[0])),
+    match twice(&seeds) {
+        Some(seed) => Err(format!("seed {seed} is given twice; give it once")),
         None => Ok(seeds),
     }
+}
+
+/// The least value of a list that is there twice.
+fn twice<T: Copy + PartialOrd>(list: &[T]) -> Option<T> {
+    let mut sorted = list.to_vec();
+    sorted.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+    let pair = sorted.windows(2).find(|pair| pair[0] == pair[1])?;
+    Some(pair[0])
 }
 
 /// The commands of a list, each once.
@@ -74,12 +81,9 @@ pub fn distinct(lists: &[Seeds]) -> Result<Vec<u64>, String> {
 /// A command that is there twice: its motion would be measured, and its files written, twice.
 pub fn distinct_commands(lists: &[Commands]) -> Result<Vec<f64>, String> {
     let commands: Vec<f64> = lists.iter().flat_map(|list| list.0.clone()).collect();
-    let mut sorted = commands.clone();
-    sorted.sort_unstable_by(f64::total_cmp);
-    match sorted.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => Err(format!(
-            "the command {} is given twice; give it once",
-            pair[0]
+    match twice(&commands) {
+        Some(command) => Err(format!(
+            "the command {command} is given twice; give it once"
         )),
         None => Ok(commands),
     }
