@@ -15,6 +15,7 @@ mod rehearsal;
 mod review;
 mod rollout;
 mod run_folder;
+mod seeds;
 mod shipped;
 mod simulation;
 mod stress;
@@ -40,6 +41,7 @@ pub use rehearsal::{RehearsalParameters, best_walk};
 pub use review::Review;
 pub use rollout::Rollout;
 pub use run_folder::TrainingError;
+pub use seeds::parse_seeds;
 pub use simulation::{Control, Simulation, recording_row};
 pub use stress::{Limit, Stress, StressPlan, stress};
 pub use sweep::{

@@ -14,6 +14,7 @@ use crate::config::{ConfigError, Experiment, did_you_mean, overlay, read};
 use crate::durable;
 use crate::provenance::portable_command;
 use crate::run_folder::{REPORT, RunFolder, TrainingError};
+use crate::seeds::listed;
 use crate::tensorboard::{Setting, settings_file};
 use crate::training::{Observer, RunReport, Training};
 use serde::Deserialize;
@@ -31,6 +32,7 @@ struct SweepFile {
     /// The recipe that every trial starts from.
     experiment: String,
     /// Each variant is run with each of these.
+    #[serde(deserialize_with = "listed")]
     seeds: Vec<u64>,
     /// What differs from the recipe in every trial.
     #[serde(default)]

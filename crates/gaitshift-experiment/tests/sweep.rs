@@ -96,6 +96,8 @@ fn trials_are_every_variant_with_every_seed() {
         ]
     );
     assert_eq!(sweep.variants[1].reason, "feet slip");
+    let range = FILE.replace("[1, 2]", "\"1-2\"");
+    assert_eq!(Sweep::parse(&range, "tiny.toml").unwrap(), sweep);
 }
 
 #[test]
@@ -105,6 +107,16 @@ fn a_mistake_is_named_with_its_variant() {
         ("friction = 0.3", "friction = -1.0", "friction"),
         ("seeds = [1, 2]", "seeds = [2, 2]", "`seeds` holds 2 twice"),
         ("seeds = [1, 2]", "seeds = []", "at least one entry"),
+        (
+            "seeds = [1, 2]",
+            "seeds = \"2-1\"",
+            "from a lower to a higher",
+        ),
+        (
+            "seeds = [1, 2]",
+            "seeds = [1, -2]",
+            "such as [1, 2, 3], or a range",
+        ),
         (
             "on ice/snow",
             "as-it-is",

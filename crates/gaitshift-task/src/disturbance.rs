@@ -124,14 +124,18 @@ impl Disturbance {
                     "between -1e6 and 1e6",
                 )?;
             }
-            for (name, time) in [("start_s", push.start_s), ("duration_s", push.duration_s)] {
-                require(
-                    (0.0..=1e6).contains(&time),
-                    &key(name),
-                    time,
-                    "between 0 and 1e6",
-                )?;
-            }
+            require(
+                (0.0..=1e6).contains(&push.start_s),
+                &key("start_s"),
+                push.start_s,
+                "between 0 and 1e6",
+            )?;
+            require(
+                push.duration_s > 0.0 && push.duration_s <= 1e6,
+                &key("duration_s"),
+                push.duration_s,
+                "above 0, at most 1e6",
+            )?;
             require(
                 push.phase.is_none_or(|phase| (0.0..1.0).contains(&phase)),
                 &key("phase"),

@@ -178,6 +178,7 @@ fn what_is_out_of_range_is_named() {
         ("pushes = [{ forward_n = inf }]", "pushes[0].forward_n"),
         ("pushes = [{}, { phase = 1.0 }]", "pushes[1].phase"),
         ("pushes = [{ duration_s = -1 }]", "pushes[0].duration_s"),
+        ("pushes = [{ duration_s = 0 }]", "pushes[0].duration_s"),
         ("terrain = { slope_rad = 1.5 }", "terrain.slope_rad"),
         (
             "terrain = { steps = [{ height_m = 3, at_m = 1 }] }",

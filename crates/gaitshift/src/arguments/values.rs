@@ -1,5 +1,6 @@
 //! What a value on the command line may be.
 
+use gaitshift_experiment::parse_seeds;
 use std::cmp::Ordering;
 use std::path::PathBuf;
 
@@ -18,7 +19,7 @@ pub fn omega_v(text: &str) -> Result<f64, String> {
     in_range(text, -OMEGA_V_MAX, OMEGA_V_MAX, "")
 }
 
-/// Most commands, and most seeds, of one range.
+/// Most commands of one range.
 const MOST_IN_RANGE: f64 = 1000.0;
 
 /// Commands that an element of a list stands for.
@@ -109,23 +110,7 @@ pub fn distinct_paths(paths: &[PathBuf]) -> Result<(), String> {
 
 /// `7`, `1..12` or `1-12`, both ends included.
 pub fn seeds(text: &str) -> Result<Seeds, String> {
-    let whole = |text: &str| {
-        let number = text.trim().parse::<u64>();
-        number.map_err(|_| {
-            format!("`{text}` is not a whole number from 0 on, nor a range such as 1..12")
-        })
-    };
-    let range = text.split_once("..").or_else(|| text.split_once('-'));
-    let Some((first, last)) = range.filter(|(first, _)| !first.trim().is_empty()) else {
-        return Ok(Seeds(vec![whole(text)?]));
-    };
-    let (first, last) = (whole(first)?, whole(last.trim_start_matches('='))?);
-    if first > last || (last - first) as f64 >= MOST_IN_RANGE {
-        return Err(format!(
-            "`{text}` must be from a lower to a higher seed, at most {MOST_IN_RANGE} of them"
-        ));
-    }
-    Ok(Seeds((first..=last).collect()))
+    parse_seeds(text).map(Seeds)
 }
 
 /// The K-th of N parts.
