@@ -29,7 +29,7 @@ mod write;
 pub use claims::{Finding, Judged, Verdict, judge_claims};
 pub use episodes::{Episodes, Stretch};
 pub use error::ReportError;
-pub use experiments::study_experiments;
+pub use experiments::{StudyLearner, study_experiments};
 pub use headline::{HeadlineNumber, headline_numbers};
 pub use return_map::{Differences, ReturnMap, Section, spectral_radius};
 pub use study::{

@@ -4,7 +4,7 @@ mod findings;
 mod tables;
 mod text;
 
-use crate::claims::Judged;
+use crate::claims::{Judged, is_claimed};
 use crate::figures::Shown;
 use crate::group::Group;
 use crate::source::Commands;
@@ -84,6 +84,9 @@ pub(crate) fn html(content: &Content) -> String {
          it differs, and one that misses it by more than a factor of two fails. A number that meets it while its interval over seeds is \
          wider than the tolerance is undecided.</p>\n",
     );
+    if let Some(note) = few_updates(studies) {
+        page.write(format_args!("<p class=\"quiet\">{}</p>\n", Prose(&note)));
+    }
     page.push("<nav>");
     for (id, name) in [
         ("claims", "Claims"),
@@ -214,6 +217,22 @@ impl Page {
             Prose(&shown.caption)
         ));
     }
+}
+
+/// Says so where the papers' experiments learned from fewer updates than the papers', which have one for every step.
+fn few_updates(studies: &[Study]) -> Option<String> {
+    let fewer = |study: &&Study| {
+        let p = &study.provenance;
+        is_claimed(&study.group) && 2 * p.updates < p.environment_steps
+    };
+    let study = studies.iter().find(fewer)?;
+    let p = &study.provenance;
+    let steps = p.environment_steps as f64 / p.updates.max(1) as f64;
+    Some(format!(
+        "The papers update the networks at every step. Not all runs below do: that of {}, for example, has an update for {steps:.0} steps. \
+         Steps and updates of each run are in the table of controllers.",
+        study.name
+    ))
 }
 
 /// An experiment with its seeds, as HTML.

@@ -1,10 +1,11 @@
-//! Contract: the study's experiments are those of the papers: names that claims ask for, schedules as long, seeds as many.
+//! Contract: the study's experiments are those of the papers: names that claims ask for, schedules as long, seeds as many; with the
+//! learner of `fast` they learn otherwise, and what is learned stays.
 
-use gaitshift_report::study_experiments;
+use gaitshift_report::{StudyLearner, study_experiments};
 
 #[test]
 fn experiments_are_as_long_as_the_papers_and_as_many_as_said() {
-    let sweeps = study_experiments().unwrap();
+    let sweeps = study_experiments(StudyLearner::Papers).unwrap();
     let seeds = |sweep: usize| {
         let variants = sweeps[sweep].variants.len();
         sweeps[sweep].trials.len() / variants
@@ -37,7 +38,7 @@ fn experiments_are_as_long_as_the_papers_and_as_many_as_said() {
 
 #[test]
 fn what_is_left_out_is_left_out() {
-    let sweeps = study_experiments().unwrap();
+    let sweeps = study_experiments(StudyLearner::Papers).unwrap();
     let experiment = |name: &str| {
         let mut trials = sweeps.iter().flat_map(|s| &s.trials);
         let trial = trials.find(|t| t.experiment.name == name);
@@ -78,5 +79,32 @@ fn what_is_left_out_is_left_out() {
                 .omega_e,
             0.0
         );
+    }
+}
+
+#[test]
+fn with_the_learner_of_fast_only_the_learning_differs() {
+    let all = |learner| study_experiments(learner).unwrap();
+    for (papers, fast) in all(StudyLearner::Papers)
+        .iter()
+        .zip(&all(StudyLearner::Fast))
+    {
+        assert_eq!(papers.variants, fast.variants);
+        for (papers, fast) in papers.trials.iter().zip(&fast.trials) {
+            let (papers, fast) = (&papers.experiment, &fast.experiment);
+            let learner = &fast.learner;
+            assert_eq!((learner.critic_layer_norm, learner.n_step), (true, 3));
+            let training = &fast.training;
+            assert_eq!((training.environments, training.steps_per_update), (32, 16));
+            assert_eq!(
+                (&papers.task, &papers.body, &papers.curriculum),
+                (&fast.task, &fast.body, &fast.curriculum)
+            );
+            assert_eq!(
+                (papers.learner.gamma, &papers.learner.temperature),
+                (learner.gamma, &learner.temperature)
+            );
+            assert_eq!(papers.training.symmetry, fast.training.symmetry);
+        }
     }
 }

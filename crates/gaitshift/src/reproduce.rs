@@ -1,12 +1,12 @@
 //! `gaitshift reproduce`: the study from training to page.
 
-use crate::arguments::ReproduceArguments;
+use crate::arguments::{LearnerName, ReproduceArguments};
 use crate::failure::Failure;
 use crate::progress::duration;
 use crate::train::catch_interrupts;
 use crate::{output, report, sweep};
 use gaitshift_experiment::{Sweep, portable_command};
-use gaitshift_report::{Plan, Subject, study_experiments};
+use gaitshift_report::{Plan, StudyLearner, Subject, study_experiments};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -17,7 +17,14 @@ pub fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
         let mut subjects = [Subject::shipped().map_err(report::failure)?];
         return report::write(&mut subjects, &Plan::quick(), out, 1, &|| false);
     }
-    let sweeps = study_experiments().map_err(Failure::run)?;
+    let (learner, given) = match arguments.learner {
+        LearnerName::Papers => (StudyLearner::Papers, vec!["reproduce".into()]),
+        LearnerName::Fast => (
+            StudyLearner::Fast,
+            ["reproduce", "--learner", "fast"].map(Into::into).to_vec(),
+        ),
+    };
+    let sweeps = study_experiments(learner).map_err(Failure::run)?;
     let jobs = |sweep: &Sweep| match arguments.jobs {
         Some(jobs) => usize::from(jobs),
         None => sweep::default_jobs(sweep),
@@ -32,7 +39,7 @@ pub fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
         return Ok(());
     }
     let interrupted = catch_interrupts()?;
-    let command = portable_command(["reproduce".into()]);
+    let command = portable_command(given);
     for sweep in &sweeps {
         let at = folder(out, sweep);
         sweep::train(sweep, &at, jobs(sweep), &command, &interrupted)?;

@@ -378,6 +378,7 @@ impl Page {
             Text("experiment"),
             Number("seed"),
             Number("steps"),
+            Number("updates"),
             Text("version"),
             Text("command"),
         ];
@@ -390,6 +391,7 @@ impl Page {
                     Escaped(&p.experiment).to_string(),
                     study.seed.to_string(),
                     p.environment_steps.to_string(),
+                    p.updates.to_string(),
                     Escaped(&p.version).to_string(),
                     format!("<code>{}</code>", Escaped(&p.command)),
                 ]

@@ -3,7 +3,7 @@
 use super::values::{Commands, Seeds, commands, duration_s, omega_v, seeds, time_s};
 use super::{ChangeArguments, ControllerArguments, PrintArguments, SubjectArguments};
 use crate::disturb::DisturbanceArguments;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 /// Shows a controller walk, run and change gait: a table, an animation and figures.
@@ -295,12 +295,21 @@ pub struct CompareArguments {
     pub print: PrintArguments,
 }
 
+/// How the study's experiments learn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LearnerName {
+    /// As in the papers
+    Papers,
+    /// As in the recipe `fast`
+    Fast,
+}
+
 /// Repeats the study: every claim and figure of the paper and its journal version beside the results here.
 ///
 /// With --quick the page shows the shipped controller, in a minute or two. Without it the study's experiments
 /// are trained first: the paper's method with and without phase I and the recipe `fast` with five seeds each,
 /// the paper's method without the energy term and the variants of the journal version with three. That takes
-/// days; an estimate of the training and of the measuring after it is printed first. Ctrl-C writes checkpoints,
+/// days, with --learner fast some hours; an estimate of the training and of the measuring after it is printed first. Ctrl-C writes checkpoints,
 /// and the same command continues from them; finished runs are neither trained nor measured again.
 ///
 /// Into the folder of --out: report.html (one self-contained file, also for print), figures/ (each as SVG and PNG, its
@@ -310,11 +319,17 @@ pub struct CompareArguments {
 Examples:
   gaitshift reproduce --quick
   gaitshift reproduce --dry-run
+  gaitshift reproduce --learner fast --out out/quick-study
   gaitshift reproduce --jobs 2 --out out/study")]
 pub struct ReproduceArguments {
     /// Train nothing: the page for the shipped controller, with coarser steps
-    #[arg(long, conflicts_with_all = ["dry_run", "jobs"])]
+    #[arg(long, conflicts_with_all = ["dry_run", "jobs", "learner"])]
     pub quick: bool,
+
+    /// How the experiments learn: as in the papers (an update for every step), or as the recipe `fast` does (an update for
+    /// 16 steps of 32 environments); reward, α, γ, commands and phases are the papers' either way
+    #[arg(long, value_enum, value_name = "NAME", default_value = "papers")]
+    pub learner: LearnerName,
 
     /// Only report what would be trained and how long it takes on this machine
     #[arg(long)]
