@@ -4,7 +4,8 @@
 
 The copy is a run's folder that `gaitshift report`, `gaitshift compare` and `gaitshift evaluate --controller` read like the
 run itself: configuration, report, best and last controller as they are; evaluations and episodes with four significant
-digits, and of each change of gait that was tried only how it went. It cannot be resumed. Needs Python 3.11, nothing else.
+digits, and of each change of gait that was tried only how it went. `--name` renames the experiment in the configuration, where
+a recipe's settings were run under another name. It cannot be resumed. Needs Python 3.11, nothing else.
 """
 
 from __future__ import annotations
@@ -40,11 +41,15 @@ def evaluation(line: str) -> str:
     return json.dumps(rounded(whole) | {"score": whole["score"]}, separators=(",", ":"))
 
 
-def record(run: Path, into: Path) -> Path:
-    folder = into / f"seed-{tomllib.loads((run / 'config.toml').read_text())['seed']}"
+def record(run: Path, into: Path, name: str | None = None) -> Path:
+    text = (run / "config.toml").read_text()
+    config = tomllib.loads(text)
+    folder = into / f"seed-{config['seed']}"
     folder.mkdir(parents=True, exist_ok=True)
-    for name in AS_THEY_ARE:
-        shutil.copyfile(run / name, folder / name)
+    for file in AS_THEY_ARE:
+        shutil.copyfile(run / file, folder / file)
+    if name is not None:
+        (folder / "config.toml").write_text(text.replace(f'name = "{config["name"]}"', f'name = "{name}"', 1))
     lines = (run / "evaluations.jsonl").read_text().splitlines()
     (folder / "evaluations.jsonl").write_text("".join(evaluation(line) + "\n" for line in lines))
     with (run / "episodes.csv").open(newline="") as source, (folder / "episodes.csv").open("w", newline="") as target:
@@ -52,8 +57,8 @@ def record(run: Path, into: Path) -> Path:
         writer = csv.DictWriter(target, rows.fieldnames or [], lineterminator="\n")
         writer.writeheader()
         for row in rows:
-            for name in ("omega_v", "total_reward", "distance_m"):
-                row[name] = f"{float(row[name]):.4g}"
+            for column in ("omega_v", "total_reward", "distance_m"):
+                row[column] = f"{float(row[column]):.4g}"
             writer.writerow(row)
     return folder
 
@@ -62,9 +67,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("runs", type=Path, nargs="+", help="folders of finished runs")
     parser.add_argument("--into", type=Path, required=True, help="folder of the copies, each named after its seed")
+    parser.add_argument("--name", help="of the experiment, in the place of the run's own")
     arguments = parser.parse_args()
     for run in arguments.runs:
-        print(record(run, arguments.into))
+        print(record(run, arguments.into, arguments.name))
 
 
 if __name__ == "__main__":

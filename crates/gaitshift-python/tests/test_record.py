@@ -23,6 +23,12 @@ def test_the_copy_is_named_after_the_seed_and_cannot_be_resumed(runs):
     assert kept.folder.name == "seed-3" and not (kept.folder / "checkpoint").exists()
 
 
+def test_the_experiment_can_be_renamed(runs, tmp_path):
+    kept = experiment_script("full_runs/record.py").record(runs[0].folder, tmp_path, "paper")
+    ours, theirs = ((folder / "config.toml").read_text().splitlines() for folder in (runs[0].folder, kept))
+    assert theirs[0] == 'name = "paper"' and theirs[1:] == ours[1:]
+
+
 def test_controllers_configuration_and_report_are_the_runs(runs):
     for name in ("controller.safetensors", "controller-last.safetensors", "config.toml", "report.json"):
         assert (runs[0].folder / name).read_bytes() == (runs[1].folder / name).read_bytes(), name

@@ -17,8 +17,8 @@ const FAST_LEARNER: &str = include_str!("../experiments/fast_learner.toml");
 pub enum StudyLearner {
     /// As the papers have it: one environment, an update for every step.
     Papers,
-    /// As `fast` does: 32 environments, an update for 16 steps, critics with layer normalisation, returns of three steps. Reward,
-    /// α, γ, commands and phases are still the papers'.
+    /// As `fast` does: 32 environments, an update for 16 steps, critics with layer normalisation, returns of three steps, mirrored
+    /// batches instead of (7). Reward (2) to (6), α, γ, commands and phases are still the papers'.
     Fast,
 }
 

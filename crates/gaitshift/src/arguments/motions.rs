@@ -327,7 +327,7 @@ pub struct ReproduceArguments {
     pub quick: bool,
 
     /// How the experiments learn: as in the papers (an update for every step), or as the recipe `fast` does (an update for
-    /// 16 steps of 32 environments); reward, α, γ, commands and phases are the papers' either way
+    /// 16 steps of 32 environments, mirrored batches); reward, α, γ, commands and phases are the papers' either way
     #[arg(long, value_enum, value_name = "NAME", default_value = "papers")]
     pub learner: LearnerName,
 
