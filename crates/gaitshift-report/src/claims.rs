@@ -4,6 +4,7 @@ mod journal;
 mod paper;
 
 use crate::headline::by_command;
+use crate::recorded::{self, RecordedExperiment};
 use crate::seeds::{Values, interval};
 use crate::source::Source;
 use crate::study::{Change, Steady, Study};
@@ -167,11 +168,21 @@ impl Claim {
                 *value = value.zip(reference).map(|(own, method)| own / method);
             }
         }
+        self.found(experiment, values, told_anything, false)
+    }
+
+    /// What runs of its experiment said when they were measured, if that is recorded.
+    fn recall(&self, recorded: &[RecordedExperiment]) -> Option<Finding> {
+        let values = recorded::values(recorded, self.experiment, self.claim)?;
+        Some(self.found(self.experiment, Values(values.clone()), true, true))
+    }
+
+    fn found(&self, experiment: &str, values: Values, told: bool, recorded: bool) -> Finding {
         let estimate = match self.rule {
             Rule::Always => share_of_seeds(&values),
             _ => values.estimate(),
         };
-        let verdict = if told_anything {
+        let verdict = if told {
             self.rule.verdict(&values, estimate.as_ref())
         } else {
             Verdict::NotMeasured
@@ -181,6 +192,7 @@ impl Claim {
             seeds: values.0,
             estimate,
             verdict,
+            recorded,
         }
     }
 }
@@ -196,6 +208,8 @@ pub struct Finding {
     pub estimate: Option<Estimate>,
     /// The verdict.
     pub verdict: Verdict,
+    /// Whether the values were measured earlier, of runs that are not on this page.
+    pub recorded: bool,
 }
 
 impl Finding {
@@ -343,8 +357,9 @@ fn claims() -> impl Iterator<Item = &'static Claim> {
     paper::CLAIMS.iter().chain(&journal::CLAIMS)
 }
 
-/// Every claim, what the seeds of its experiment say to it, and what those of every method beside it say.
-pub fn judge_claims(studies: &[&Study]) -> Vec<Judged> {
+/// Every claim, what the seeds of its experiment say to it, and what those of every method beside it say. Of an experiment that is
+/// not among the studies that is what is recorded.
+pub fn judge_claims(studies: &[&Study], recorded: &[RecordedExperiment]) -> Vec<Judged> {
     let of_group = |name: &str| -> Vec<&Study> {
         let own = studies.iter().copied().filter(|s| s.group == name);
         own.collect()
@@ -359,6 +374,11 @@ pub fn judge_claims(studies: &[&Study]) -> Vec<Judged> {
     let judged = |claim: &Claim| {
         let reference = claim.against.map(of_group).unwrap_or_default();
         let finding = |name: &str, studies: &[&Study]| claim.judge(name, studies, &reference);
+        let own = |claim: &Claim| {
+            let studies = of_group(claim.experiment);
+            let recalled = studies.is_empty().then(|| claim.recall(recorded)).flatten();
+            recalled.unwrap_or_else(|| finding(claim.experiment, &studies))
+        };
         let beside = others.iter().map(|&name| {
             // A method that leaves out nothing tells nothing about what is left out.
             let told = if claim.is_of_ablation() {
@@ -373,7 +393,7 @@ pub fn judge_claims(studies: &[&Study]) -> Vec<Judged> {
             claim: claim.claim,
             theirs: claim.theirs,
             rule: claim.rule.words(),
-            own: finding(claim.experiment, &of_group(claim.experiment)),
+            own: own(claim),
             beside: beside.collect(),
             shown_by: claim.shown_by,
         }

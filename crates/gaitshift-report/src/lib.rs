@@ -5,7 +5,7 @@
 //! - [`Plan`] and [`Study`]: what is measured, and what was found, of one subject;
 //! - [`judge_claims`]: the papers' claims with verdicts that are computed;
 //! - [`write_report`]: the page, its figures and its numbers, measured on several threads;
-//! - [`study_experiments`]: the training runs of the study.
+//! - [`study_experiments`]: the training runs of the study; [`recorded_experiments`]: what those that were run showed.
 //!
 //! Nothing is random but starts and noise, which seeds draw: the same subjects and plan give the same files, byte for byte.
 
@@ -17,6 +17,7 @@ mod figures;
 mod group;
 mod headline;
 mod page;
+mod recorded;
 mod return_map;
 mod seeds;
 mod source;
@@ -31,6 +32,7 @@ pub use episodes::{Episodes, Stretch};
 pub use error::ReportError;
 pub use experiments::{StudyLearner, study_experiments};
 pub use headline::{HeadlineNumber, headline_numbers};
+pub use recorded::{RecordedExperiment, recorded_experiments};
 pub use return_map::{Differences, ReturnMap, Section, spectral_radius};
 pub use study::{
     Change, Landing, Measured, NoiseTolerance, Plan, StartedMotion, Steady, StepHeight, Study,

@@ -7,6 +7,7 @@ mod text;
 use crate::claims::{Judged, is_claimed};
 use crate::figures::Shown;
 use crate::group::Group;
+use crate::recorded::RecordedExperiment;
 use crate::source::Commands;
 use crate::study::Study;
 
@@ -42,6 +43,8 @@ const ASSUMPTIONS: [&str; 10] = [
 pub(crate) struct Content<'a> {
     pub commands: &'a Commands,
     pub judged: &'a [Judged],
+    /// Of these experiments some runs were measured earlier.
+    pub recorded: &'a [RecordedExperiment],
     pub groups: &'a [Group],
     pub studies: &'a [Study],
     /// Figures over all studies.
@@ -63,6 +66,7 @@ pub(crate) fn html(content: &Content) -> String {
     let Content {
         commands,
         judged,
+        recorded,
         groups,
         studies,
         common,
@@ -108,6 +112,7 @@ pub(crate) fn html(content: &Content) -> String {
              controller’s file: it gives that seed’s value.</p>\n",
         );
     }
+    page.recorded(judged, recorded);
     page.claims(judged, commands);
     page.push("<h2 id=\"numbers\">Beyond the papers</h2>\n");
     page.push(

@@ -4,6 +4,7 @@ use crate::claims::{Judged, judge_claims};
 use crate::figures::{self, Shown};
 use crate::group::Group;
 use crate::page::{self, Content, InFull};
+use crate::recorded::RecordedExperiment;
 use crate::source::Commands;
 use crate::study::{Measured, Plan, Saying, Study};
 use crate::table::{Table, cell};
@@ -48,7 +49,7 @@ struct Done {
 
 /// Measures the subjects and writes `report.html`, `report.json` and a folder of figures and tables into `folder`; gives the
 /// files written. Of every experiment the first subject is shown in full, with figures; of the others there are numbers. What
-/// is measured of a run is kept in its folder.
+/// is measured of a run is kept in its folder. Claims about experiments without a subject are judged by what is recorded of them.
 ///
 /// The same subjects and plan give the same bytes, on any number of threads.
 ///
@@ -56,6 +57,7 @@ struct Done {
 /// Without subjects, for a motion, figure or file that cannot be made, and when it is told to stop.
 pub fn write_report(
     subjects: &mut [Subject],
+    recorded: &[RecordedExperiment],
     plan: &Plan,
     folder: &Path,
     work: &Work,
@@ -78,7 +80,7 @@ pub fn write_report(
     (work.say)("figures and page");
     let all: Vec<&Study> = studies.iter().collect();
     let groups = Group::all(&all);
-    let judged = judge_claims(&all);
+    let judged = judge_claims(&all, recorded);
     let runs: Vec<(&Study, &Episodes)> = studies.iter().zip(&episodes).collect();
     let common = figures::of_all(&runs)?;
 
@@ -125,6 +127,7 @@ pub fn write_report(
     let html = page::html(&Content {
         commands: &commands,
         judged: &judged,
+        recorded,
         groups: &groups,
         studies: &studies,
         common: &common,
@@ -256,6 +259,7 @@ fn claims_table(judged: &[Judged], commands: &Commands) -> Table {
         "high",
         "seeds",
         "verdict",
+        "recorded",
         "command",
         "value_of_command",
     ];
@@ -275,6 +279,7 @@ fn claims_table(judged: &[Judged], commands: &Commands) -> Table {
                 cell(high),
                 seeds(&f.seeds),
                 f.verdict.name().to_owned(),
+                f.recorded.to_string(),
                 command.clone(),
                 value.to_owned(),
             ]);

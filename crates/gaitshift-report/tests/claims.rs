@@ -6,11 +6,16 @@ mod common;
 use common::studies::{motion, study};
 use gaitshift_analysis::GaitClass::{Fallen, Mixed, Running, Standing, Walking};
 use gaitshift_report::{
-    Finding, Judged, NoiseTolerance, Steady, Stretch, Study, Verdict, judge_claims,
+    Finding, Judged, NoiseTolerance, RecordedExperiment, Steady, Stretch, Study, Verdict,
+    judge_claims, recorded_experiments,
 };
 
 fn judged(studies: &[&Study], claim: &str) -> Judged {
-    let found = judge_claims(studies).into_iter();
+    judged_with(studies, &[], claim)
+}
+
+fn judged_with(studies: &[&Study], recorded: &[RecordedExperiment], claim: &str) -> Judged {
+    let found = judge_claims(studies, recorded).into_iter();
     let mut found = found.filter(|j| j.claim.contains(claim));
     let judged = found.next().unwrap_or_else(|| panic!("no claim {claim}"));
     assert!(found.next().is_none(), "{claim} is not one claim");
@@ -307,4 +312,56 @@ fn falling_at_the_start_is_falling_within_seconds() {
     };
     assert_eq!(verdict(1.0), Verdict::Holds);
     assert_eq!(verdict(12.0), Verdict::Fails);
+}
+
+#[test]
+fn without_runs_of_its_experiment_a_claim_is_judged_by_what_is_recorded() {
+    let seed = study(0.22, 0.9);
+    let recorded = |values: &[Option<f64>]| RecordedExperiment {
+        name: "paper".to_owned(),
+        runs: "trained earlier".to_owned(),
+        seeds: (1..).take(values.len()).collect(),
+        claims: [("Froude number at ω_v = 0".to_owned(), values.to_vec())].into(),
+    };
+    let own = |studies: &[&Study], values: &[Option<f64>]| {
+        judged_with(studies, &[recorded(values)], "Froude number at ω_v = 0").own
+    };
+    let found = own(&[&seed], &[Some(0.21), Some(0.23)]);
+    assert_eq!((found.verdict, found.recorded), (Verdict::Holds, true));
+    assert_eq!(found.seeds, [Some(0.21), Some(0.23)]);
+    // By the same rules: fewer than half of the seeds.
+    assert_eq!(
+        own(&[&seed], &[Some(0.21), None, None]).verdict,
+        Verdict::Fails
+    );
+    // What is measured comes first, and what is recorded says nothing to other claims.
+    let paper = of("paper", seed.steady.clone());
+    assert!(!own(&[&paper], &[Some(0.5)]).recorded);
+    let other = judged_with(
+        &[&seed],
+        &[recorded(&[Some(0.2)])],
+        "Froude number at ω_v = 3",
+    )
+    .own;
+    assert_eq!(
+        (other.verdict, other.recorded),
+        (Verdict::NotMeasured, false)
+    );
+}
+
+#[test]
+fn what_comes_recorded_is_of_claims_that_there_are() {
+    let claims = judge_claims(&[], &[]);
+    for recorded in recorded_experiments().unwrap() {
+        assert!(!recorded.seeds.is_empty() && !recorded.claims.is_empty());
+        for (claim, values) in &recorded.claims {
+            let known = claims.iter().find(|j| j.claim == claim);
+            let known = known.unwrap_or_else(|| panic!("no claim {claim}"));
+            assert_eq!(known.own.experiment, recorded.name, "{claim}");
+            assert_eq!(values.len(), recorded.seeds.len(), "{claim}");
+        }
+        // Nothing that is claimed of it is left out.
+        let own = claims.iter().filter(|j| j.own.experiment == recorded.name);
+        assert_eq!(own.count(), recorded.claims.len(), "{}", recorded.name);
+    }
 }

@@ -17,7 +17,7 @@ fn the_same_subject_gives_the_same_bytes() {
     );
     let claims = text(&all["claims.csv"]);
     assert!(claims.contains(
-        "it walks at ω_v = 0,double support,every attempt,shipped controller,1.0,,,1.0,holds,gaitshift evaluate --omega-v=0 --duration-s 12 --json,gait"
+        "it walks at ω_v = 0,double support,every attempt,shipped controller,1.0,,,1.0,holds,false,gaitshift evaluate --omega-v=0 --duration-s 12 --json,gait"
     ));
 
     assert!(
@@ -29,12 +29,13 @@ fn the_same_subject_gives_the_same_bytes() {
 #[test]
 fn what_cannot_be_reported_on_is_an_error() {
     let out = tempfile::tempdir().unwrap();
-    let none = write_report(&mut [], &tiny(), out.path(), &quiet(1));
+    let none = write_report(&mut [], &[], &tiny(), out.path(), &quiet(1));
     assert!(matches!(none, Err(ReportError::NoSubject)));
     let file = out.path().join("file");
     std::fs::write(&file, "").unwrap();
     let blocked = write_report(
         &mut [Subject::shipped().unwrap()],
+        &[],
         &tiny(),
         &file,
         &quiet(1),
@@ -56,7 +57,7 @@ fn what_stops_one_controller_stops_all_and_is_said() {
         ..tiny()
     };
     let mut subjects = [1, 2, 3].map(|_| Subject::shipped().unwrap());
-    let error = write_report(&mut subjects, &plan, out.path(), &quiet(2)).unwrap_err();
+    let error = write_report(&mut subjects, &[], &plan, out.path(), &quiet(2)).unwrap_err();
     assert!(error.to_string().contains("time_step_s"), "{error}");
     assert!(!out.path().join("report.html").exists());
 
@@ -64,6 +65,6 @@ fn what_stops_one_controller_stops_all_and_is_said() {
         stop: &|| true,
         ..quiet(2)
     };
-    let stopped = write_report(&mut subjects, &tiny(), out.path(), &stop);
+    let stopped = write_report(&mut subjects, &[], &tiny(), out.path(), &stop);
     assert!(matches!(stopped, Err(ReportError::Stopped)));
 }

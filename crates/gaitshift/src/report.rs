@@ -4,7 +4,7 @@ use crate::arguments::{ReportArguments, distinct_paths};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::duration;
-use gaitshift_report::{Plan, ReportError, Subject, Work, write_report};
+use gaitshift_report::{Plan, RecordedExperiment, ReportError, Subject, Work, write_report};
 use std::path::Path;
 use std::time::Instant;
 
@@ -17,14 +17,20 @@ pub fn run(arguments: &ReportArguments) -> Result<(), Failure> {
     } else {
         Plan::full()
     };
-    write(&mut subjects, &plan, &arguments.out, processors(), &|| {
-        false
-    })
+    write(
+        &mut subjects,
+        &[],
+        &plan,
+        &arguments.out,
+        processors(),
+        &|| false,
+    )
 }
 
 /// Measures, `threads` controllers at a time, writes, and says what to open.
 pub fn write(
     subjects: &mut [Subject],
+    recorded: &[RecordedExperiment],
     plan: &Plan,
     folder: &Path,
     threads: usize,
@@ -36,7 +42,7 @@ pub fn write(
         say: &output::note,
         stop,
     };
-    let files = write_report(subjects, plan, folder, &work).map_err(failure)?;
+    let files = write_report(subjects, recorded, plan, folder, &work).map_err(failure)?;
     output::note(&format!("took {}", duration(began.elapsed().as_secs_f64())));
     output::line(&format!(
         "wrote {} and {} files beside it",

@@ -6,7 +6,7 @@ use crate::progress::duration;
 use crate::train::catch_interrupts;
 use crate::{output, report, sweep};
 use gaitshift_experiment::{Sweep, portable_command};
-use gaitshift_report::{Plan, StudyLearner, Subject, study_experiments};
+use gaitshift_report::{Plan, StudyLearner, Subject, recorded_experiments, study_experiments};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
@@ -15,7 +15,8 @@ pub fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
     let out = &arguments.out;
     if arguments.quick {
         let mut subjects = [Subject::shipped().map_err(report::failure)?];
-        return report::write(&mut subjects, &Plan::quick(), out, 1, &|| false);
+        let recorded = recorded_experiments().map_err(report::failure)?;
+        return report::write(&mut subjects, &recorded, &Plan::quick(), out, 1, &|| false);
     }
     let (learner, given) = match arguments.learner {
         LearnerName::Papers => (StudyLearner::Papers, vec!["reproduce".into()]),
@@ -58,7 +59,7 @@ pub fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
     }
     subjects.push(Subject::shipped().map_err(report::failure)?);
     let stop = || interrupted.load(Ordering::SeqCst);
-    report::write(&mut subjects, &Plan::full(), out, threads, &stop)
+    report::write(&mut subjects, &[], &Plan::full(), out, threads, &stop)
 }
 
 /// Says how long the measuring takes after the training, and both together.

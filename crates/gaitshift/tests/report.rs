@@ -118,7 +118,7 @@ fn the_commands_on_the_page_give_its_numbers() {
         stop: &|| false,
     };
     let mut subjects = [Subject::shipped().unwrap()];
-    write_report(&mut subjects, &plan, &place.path("page"), &work).unwrap();
+    write_report(&mut subjects, &[], &plan, &place.path("page"), &work).unwrap();
     let mut rows = table(&place, "page/claims.json");
     rows.extend(table(&place, "page/numbers.json"));
     let (mut tried, mut answers) = (0, std::collections::BTreeMap::new());

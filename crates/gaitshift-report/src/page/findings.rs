@@ -4,9 +4,29 @@ use super::Page;
 use super::text::{Escaped, Prose, estimate, seeds};
 use crate::claims::{Finding, Judged, Verdict};
 use crate::headline::HeadlineNumber;
+use crate::recorded::RecordedExperiment;
 use crate::source::{Commands, Source};
 
 impl Page {
+    /// Which claims are judged by runs that are not on the page.
+    pub(super) fn recorded(&mut self, judged: &[Judged], recorded: &[RecordedExperiment]) {
+        let used = |r: &&RecordedExperiment| {
+            let mut findings = judged.iter().map(|j| &j.own);
+            findings.any(|f| f.recorded && f.experiment == r.name)
+        };
+        for r in recorded.iter().filter(used) {
+            let seeds: Vec<String> = r.seeds.iter().map(u64::to_string).collect();
+            self.write(format_args!(
+                "<p class=\"quiet\">Claims marked <i>recorded</i> that are about <b>{}</b> are judged by runs that were measured \
+                 earlier: seed{} {}, {}.</p>\n",
+                Escaped(&r.name),
+                if seeds.len() == 1 { "" } else { "s" },
+                seeds.join(", "),
+                Prose(&r.runs)
+            ));
+        }
+    }
+
     /// One row for each claim; in columns what its own experiment says, if any was measured, and every method beside it.
     pub(super) fn claims(&mut self, judged: &[Judged], commands: &Commands) {
         let own = |j: &Judged| j.own.verdict != Verdict::NotMeasured;
@@ -106,8 +126,9 @@ fn finding(f: &Finding) -> String {
         Verdict::NotMeasured => String::new(),
         _ => estimate(f.estimate, f.seeds.len()) + &seeds(&f.seeds),
     };
+    let recorded = if f.recorded { " <i>recorded</i>" } else { "" };
     format!(
-        "{value} <span class=\"verdict {}\">{} {}</span>",
+        "{value} <span class=\"verdict {}\">{} {}</span>{recorded}",
         class(f.verdict),
         sign(f.verdict),
         f.verdict.name()

@@ -53,7 +53,7 @@ pub fn quiet(threads: usize) -> Work<'static> {
 /// Every file of a report by its path.
 pub fn written(subjects: &mut [Subject]) -> BTreeMap<String, Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();
-    let paths = write_report(subjects, &tiny(), folder.path(), &quiet(2)).unwrap();
+    let paths = write_report(subjects, &[], &tiny(), folder.path(), &quiet(2)).unwrap();
     assert_eq!(paths[0], folder.path().join("report.html"));
     let all = files(folder.path());
     assert_eq!(paths.len(), all.len());

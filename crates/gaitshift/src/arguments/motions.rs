@@ -306,11 +306,12 @@ pub enum LearnerName {
 
 /// Repeats the study: every claim and figure of the paper and its journal version beside the results here.
 ///
-/// With --quick the page shows the shipped controller, in a minute or two. Without it the study's experiments
-/// are trained first: the paper's method with and without phase I and the recipe `fast` with five seeds each,
-/// the paper's method without the energy term and the variants of the journal version with three. That takes
-/// days, with --learner fast some hours; an estimate of the training and of the measuring after it is printed first. Ctrl-C writes checkpoints,
-/// and the same command continues from them; finished runs are neither trained nor measured again.
+/// With --quick the page shows the shipped controller beside what recorded runs were found to do, in a minute or two.
+/// Without it the study's experiments are trained first: the paper's method with and without phase I and the recipe
+/// `fast` with five seeds each, the paper's method without the energy term and the variants of the journal version with
+/// three. That takes days, with --learner fast some hours; an estimate of the training and of the measuring after it is
+/// printed first. Ctrl-C writes checkpoints, and the same command continues from them; finished runs are neither trained
+/// nor measured again.
 ///
 /// Into the folder of --out: report.html (one self-contained file, also for print), figures/ (each as SVG and PNG, its
 /// numbers as CSV and JSON), claims.csv, numbers.csv, report.json, and runs/. The same controllers give the same bytes.
@@ -322,7 +323,7 @@ Examples:
   gaitshift reproduce --learner fast --out out/quick-study
   gaitshift reproduce --jobs 2 --out out/study")]
 pub struct ReproduceArguments {
-    /// Train nothing: the page for the shipped controller, with coarser steps
+    /// Train nothing: the page for the shipped controller and recorded runs, with coarser steps
     #[arg(long, conflicts_with_all = ["dry_run", "jobs", "learner"])]
     pub quick: bool,
 
