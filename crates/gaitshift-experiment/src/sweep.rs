@@ -135,14 +135,25 @@ impl Sweep {
     /// # Errors
     /// No TOML, an unknown key or recipe, a value out of range, no seeds, nothing that varies, or one of them twice.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ConfigError> {
-        let file: SweepFile = toml::from_str(text).map_err(|e| ConfigError::Parse {
+        Self::parse_with(text, "", origin)
+    }
+
+    /// The same with more settings, in TOML, in every variant: over the file's `set`, below the variants' own.
+    ///
+    /// # Errors
+    /// As [`Sweep::parse`].
+    pub fn parse_with(text: &str, settings: &str, origin: &str) -> Result<Self, ConfigError> {
+        let unread = |e: toml::de::Error| ConfigError::Parse {
             origin: origin.to_owned(),
             message: did_you_mean(e.to_string().trim_end()),
-        })?;
+        };
+        let mut file: SweepFile = toml::from_str(text).map_err(unread)?;
+        let settings: Table = toml::from_str(settings).map_err(unread)?;
         let wrong = |message: String| ConfigError::Value {
             origin: origin.to_owned(),
             message,
         };
+        overlay(&mut file.set, settings).map_err(wrong)?;
         if file.seeds.is_empty() {
             return Err(wrong("`seeds` must have at least one entry".to_owned()));
         }

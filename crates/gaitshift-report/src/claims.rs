@@ -168,16 +168,19 @@ impl Claim {
                 *value = value.zip(reference).map(|(own, method)| own / method);
             }
         }
-        self.found(experiment, values, told_anything, false)
+        self.found(experiment, values, told_anything)
     }
 
     /// What runs of its experiment said when they were measured, if that is recorded.
     fn recall(&self, recorded: &[RecordedExperiment]) -> Option<Finding> {
         let values = recorded::values(recorded, self.experiment, self.claim)?;
-        Some(self.found(self.experiment, Values(values.clone()), true, true))
+        Some(Finding {
+            recorded: true,
+            ..self.found(self.experiment, Values(values.clone()), true)
+        })
     }
 
-    fn found(&self, experiment: &str, values: Values, told: bool, recorded: bool) -> Finding {
+    fn found(&self, experiment: &str, values: Values, told: bool) -> Finding {
         let estimate = match self.rule {
             Rule::Always => share_of_seeds(&values),
             _ => values.estimate(),
@@ -192,7 +195,7 @@ impl Claim {
             seeds: values.0,
             estimate,
             verdict,
-            recorded,
+            recorded: false,
         }
     }
 }
@@ -374,11 +377,9 @@ pub fn judge_claims(studies: &[&Study], recorded: &[RecordedExperiment]) -> Vec<
     let judged = |claim: &Claim| {
         let reference = claim.against.map(of_group).unwrap_or_default();
         let finding = |name: &str, studies: &[&Study]| claim.judge(name, studies, &reference);
-        let own = |claim: &Claim| {
-            let studies = of_group(claim.experiment);
-            let recalled = studies.is_empty().then(|| claim.recall(recorded)).flatten();
-            recalled.unwrap_or_else(|| finding(claim.experiment, &studies))
-        };
+        let studies = of_group(claim.experiment);
+        let recalled = studies.is_empty().then(|| claim.recall(recorded)).flatten();
+        let own = recalled.unwrap_or_else(|| finding(claim.experiment, &studies));
         let beside = others.iter().map(|&name| {
             // A method that leaves out nothing tells nothing about what is left out.
             let told = if claim.is_of_ablation() {
@@ -393,7 +394,7 @@ pub fn judge_claims(studies: &[&Study], recorded: &[RecordedExperiment]) -> Vec<
             claim: claim.claim,
             theirs: claim.theirs,
             rule: claim.rule.words(),
-            own: own(claim),
+            own,
             beside: beside.collect(),
             shown_by: claim.shown_by,
         }

@@ -1,7 +1,6 @@
 //! The experiments of the study: the paper's and its journal version's, with what they leave out.
 
 use gaitshift_experiment::{ConfigError, Sweep};
-use toml::{Table, Value};
 
 const FILES: [(&str, &str); 2] = [
     ("study.toml", include_str!("../experiments/study.toml")),
@@ -28,29 +27,12 @@ pub enum StudyLearner {
 /// # Errors
 /// Never, unless the program is damaged.
 pub fn study_experiments(learner: StudyLearner) -> Result<Vec<Sweep>, ConfigError> {
-    let sweep = |(name, text): &(&str, &str)| match learner {
-        StudyLearner::Papers => Sweep::parse(text, name),
-        StudyLearner::Fast => Sweep::parse(&with_fast_learner(text), name),
+    let settings = match learner {
+        StudyLearner::Papers => "",
+        StudyLearner::Fast => FAST_LEARNER,
     };
-    FILES.iter().map(sweep).collect()
-}
-
-/// A sweep's file with the learner of `fast` in every variant. What is no TOML stays as it is, for the error that it gives.
-fn with_fast_learner(text: &str) -> String {
-    let (Ok(mut file), Ok(learner)) = (text.parse::<Table>(), FAST_LEARNER.parse::<Table>()) else {
-        return text.to_owned();
-    };
-    let set = file
-        .entry("set")
-        .or_insert_with(|| Value::Table(Table::new()));
-    for (section, settings) in learner {
-        let own = set.as_table_mut().map(|set| {
-            set.entry(section)
-                .or_insert_with(|| Value::Table(Table::new()))
-        });
-        if let (Some(Value::Table(own)), Value::Table(settings)) = (own, settings) {
-            own.extend(settings);
-        }
-    }
-    file.to_string()
+    FILES
+        .iter()
+        .map(|(name, text)| Sweep::parse_with(text, settings, name))
+        .collect()
 }

@@ -12,7 +12,7 @@ use crate::source::Commands;
 use crate::study::Study;
 
 use std::fmt::Write;
-use text::{Escaped, Prose};
+use text::{Escaped, Prose, numbered};
 
 const STYLE: &str = include_str!("page.css");
 
@@ -242,12 +242,10 @@ fn few_updates(studies: &[Study]) -> Option<String> {
 
 /// An experiment with its seeds, as HTML.
 fn title(group: &Group) -> String {
-    let seeds: Vec<String> = group.seeds.iter().map(u64::to_string).collect();
     format!(
-        "<b>{}</b> (seed{} {})",
+        "<b>{}</b> ({})",
         Escaped(&group.name),
-        if seeds.len() == 1 { "" } else { "s" },
-        seeds.join(", ")
+        numbered(&group.seeds)
     )
 }
 

@@ -1,7 +1,7 @@
 //! The claims with their verdicts, and the numbers beside those of people.
 
 use super::Page;
-use super::text::{Escaped, Prose, estimate, seeds};
+use super::text::{Escaped, Prose, estimate, numbered, seeds};
 use crate::claims::{Finding, Judged, Verdict};
 use crate::headline::HeadlineNumber;
 use crate::recorded::RecordedExperiment;
@@ -15,13 +15,11 @@ impl Page {
             findings.any(|f| f.recorded && f.experiment == r.name)
         };
         for r in recorded.iter().filter(used) {
-            let seeds: Vec<String> = r.seeds.iter().map(u64::to_string).collect();
             self.write(format_args!(
                 "<p class=\"quiet\">Claims marked <i>recorded</i> that are about <b>{}</b> are judged by runs that were measured \
-                 earlier: seed{} {}, {}.</p>\n",
+                 earlier: {}, {}.</p>\n",
                 Escaped(&r.name),
-                if seeds.len() == 1 { "" } else { "s" },
-                seeds.join(", "),
+                numbered(&r.seeds),
                 Prose(&r.runs)
             ));
         }

@@ -49,6 +49,13 @@ pub(super) fn estimate(estimate: Option<Estimate>, seeds: usize) -> String {
     }
 }
 
+/// Seeds by their numbers: `seed 1`, `seeds 1, 2`.
+pub(super) fn numbered(seeds: &[u64]) -> String {
+    let numbers: Vec<String> = seeds.iter().map(u64::to_string).collect();
+    let s = if numbers.len() == 1 { "" } else { "s" };
+    format!("seed{s} {}", numbers.join(", "))
+}
+
 /// The single seeds of a number, in small print; nothing for a single one.
 pub(super) fn seeds(values: &[Option<f64>]) -> String {
     if values.len() < 2 {
