@@ -11,7 +11,7 @@ use crate::steps::{Step, find_steps, foot_slide, step_time_asymmetry};
 use crate::support::{ContactRule, Support, SupportFractions};
 
 /// What a motion is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GaitClass {
     /// No foot is ever set down anew, or the body stays where it is without leaving the ground. A body
@@ -22,6 +22,7 @@ pub enum GaitClass {
     /// The feet step in turn, with flight in every step and without double support.
     Running,
     /// It moves in another way: limping, hopping, shuffling, skating with lifted feet, changing gait.
+    #[default]
     Mixed,
     /// The body fell, or its simulation diverged.
     Fallen,

@@ -39,8 +39,8 @@ impl Default for AnalysisOptions {
 }
 
 /// What a motion is, in figures. All but `survived_s`, `fell` and `ended_by` describe the window from
-/// `window_start_s` to `window_end_s`; `None` (null in JSON) stands for what is undefined there.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// `window_start_s` to `window_end_s`; `None` (null in JSON) stands for what is undefined there, which by default is all of it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct GaitSummary {
     /// How long the whole recording lasts, s.
     pub survived_s: f64,

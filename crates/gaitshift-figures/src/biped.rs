@@ -10,7 +10,7 @@ use gaitshift_body::{BodyParameters, sphere_center};
 
 use crate::canvas::{Canvas, Ink, Paint, Point};
 use crate::motion::{LegPose, Pose};
-use crate::style::{TEXT, WHITE, side_ink};
+use crate::style::{TEXT, WHITE, side_fill, side_ink};
 
 /// From metres in the world to user units on the sheet.
 #[derive(Clone, Copy, Debug)]
@@ -95,9 +95,6 @@ impl LegFrame {
     }
 }
 
-/// How much paler than its colour the leg behind is.
-const FAR: f64 = 0.55;
-
 /// Half of the hip segment's diagonal, in leg lengths.
 const HALF_TRUNK: f64 = 0.24;
 
@@ -160,11 +157,10 @@ fn draw_leg(
     // Sizes as shares of the leg, so that other bodies are drawn in proportion.
     let l = body.leg_length_m;
     let px = |metres: f64| (metres * view.scale).max(0.4);
-    // The left leg, which is behind, is paler: both colours are equally dark in grey print.
-    let full = side_ink(side);
-    let (ink, light) = match side {
-        Side::Right => (full, full.mix(WHITE, 0.6)),
-        Side::Left => (full.mix(WHITE, FAR), full.mix(WHITE, 0.85)),
+    let (full, ink) = (side_ink(side), side_fill(side));
+    let light = match side {
+        Side::Right => full.mix(WHITE, 0.6),
+        Side::Left => full.mix(WHITE, 0.85),
     };
     let dark = full.mix(Ink::hex(0), 0.45);
     let edge = px(0.008 * l);

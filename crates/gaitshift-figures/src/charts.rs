@@ -257,7 +257,11 @@ fn y_axis(chart: &Chart, height: f64) -> Axis {
 }
 
 /// Which look each name has.
-struct Looks(Vec<(String, Drawn)>);
+struct Looks {
+    names: Vec<(String, Drawn)>,
+    /// Over the shades of support phases lines are dark, and told apart by dashes alone.
+    dark: bool,
+}
 
 const DASHES: [Option<&str>; 6] = [
     None,
@@ -276,18 +280,23 @@ impl Looks {
                 names.push((series.label.clone(), series.drawn));
             }
         }
-        Self(names)
+        let dark = charts.iter().any(|chart| !chart.phases.is_empty());
+        Self { names, dark }
     }
 
     fn index(&self, label: &str) -> usize {
-        self.0
+        self.names
             .iter()
             .position(|(name, _)| name == label)
             .unwrap_or(0)
     }
 
-    fn ink(index: usize) -> Ink {
-        SERIES[index % SERIES.len()]
+    fn ink(&self, index: usize) -> Ink {
+        if self.dark {
+            TEXT
+        } else {
+            SERIES[index % SERIES.len()]
+        }
     }
 
     /// Which dashes and which mark: after six looks the colours come again with other ones.
@@ -295,8 +304,8 @@ impl Looks {
         (index + index / SERIES.len()) % DASHES.len()
     }
 
-    fn line(index: usize, width: f64) -> Paint {
-        let paint = Paint::stroke(Self::ink(index), width);
+    fn line(&self, index: usize, width: f64) -> Paint {
+        let paint = Paint::stroke(self.ink(index), width);
         match DASHES[Self::shape(index)] {
             Some(dash) => paint.dashed(dash),
             None => paint,
@@ -304,8 +313,8 @@ impl Looks {
     }
 
     /// Filled circle, hollow square, filled triangle, hollow diamond, cross, hollow circle.
-    fn mark(canvas: &mut Canvas, (x, y): Point, index: usize) {
-        let ink = Self::ink(index);
+    fn mark(&self, canvas: &mut Canvas, (x, y): Point, index: usize) {
+        let ink = self.ink(index);
         // Hollow ones are open: what lies below them shows.
         let (filled, hollow) = (Paint::fill(ink), Paint::stroke(ink, 1.2));
         let r = 2.6;
@@ -360,7 +369,7 @@ impl<'a> Legend<'a> {
         let falls = charts.iter().any(|chart| strip_height(chart) > 0.0);
         let (mut x, mut y) = (0.0, 0.0);
         let mut places = Vec::new();
-        let mut names: Vec<&str> = looks.0.iter().map(|(name, _)| name.as_str()).collect();
+        let mut names: Vec<&str> = looks.names.iter().map(|(name, _)| name.as_str()).collect();
         if falls {
             names.push(Self::FELL);
         }
@@ -386,15 +395,15 @@ impl<'a> Legend<'a> {
 
     fn draw(&self, canvas: &mut Canvas, left: f64) {
         let base = 14.0;
-        let names = self.looks.0.iter();
+        let names = self.looks.names.iter();
         let mut places = self.places.iter().map(|(x, y)| (left + x, base + y));
         for (index, ((name, drawn), (x, y))) in names.zip(&mut places).enumerate() {
             let middle = y - 4.0;
             if *drawn != Drawn::Marks {
-                canvas.line((x, middle), (x + 23.0, middle), Looks::line(index, 1.5));
+                canvas.line((x, middle), (x + 23.0, middle), self.looks.line(index, 1.5));
             }
             if *drawn != Drawn::Line {
-                Looks::mark(canvas, (x + 11.5, middle), index);
+                self.looks.mark(canvas, (x + 11.5, middle), index);
             }
             canvas.text((x + Self::SWATCH, y), name, LABEL);
         }
@@ -406,7 +415,7 @@ impl<'a> Legend<'a> {
         }
         if self.phases {
             for (phase, (x, y)) in support::PHASES.into_iter().zip(places) {
-                let swatch = Rect::new(x + 6.0, y - 9.5, 17.0, 11.0);
+                let swatch = Rect::new(x, y - 9.5, 23.0, 11.0);
                 canvas.rect(swatch, Paint::fill(support::shade(phase)));
                 canvas.rect(swatch, Paint::stroke(QUIET, 0.6));
                 canvas.text((x + Self::SWATCH, y), support::name(phase), LABEL);
@@ -444,9 +453,11 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks, y_title: 
         let (_, y) = panel.place(panel.x.from, *level);
         canvas.line((area.left, y), (area.right(), y), dotted);
         let width = text_width(word, WORD) + 8.0;
-        // At the right and above the line, if there it hides nothing.
-        let at: Vec<Point> = [1.0, 0.0, 0.75, 0.5, 0.25]
+        // At the right and above the line, if there it hides nothing; then at the left, and between from right to left.
+        let between = (1..20).rev().map(|k| f64::from(k) / 20.0);
+        let at: Vec<Point> = [1.0, 0.0]
             .into_iter()
+            .chain(between)
             .map(|share| area.left + share * (area.width - width))
             .flat_map(|left| [(left, y - 14.0), (left, y)])
             .collect();
@@ -461,7 +472,7 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks, y_title: 
         level_word(canvas, area, word, width, &at, &places);
     }
     for series in &chart.series {
-        let ink = Looks::ink(looks.index(&series.label));
+        let ink = looks.ink(looks.index(&series.label));
         let upper = series.band.iter().map(|&(x, _, high)| (x, high));
         let lower = series.band.iter().rev().map(|&(x, low, _)| (x, low));
         let band = upper.chain(lower).map(|(x, y)| panel.place(x, y));
@@ -482,12 +493,12 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks, y_title: 
         let (xs, ys): (Vec<f64>, Vec<f64>) = series.points.iter().copied().unzip();
         if series.drawn != Drawn::Marks && xs.len() > 1 {
             let width = if series.runs.is_empty() { 1.5 } else { 2.2 };
-            panel.curve(canvas, &xs, &ys, Looks::line(index, width));
+            panel.curve(canvas, &xs, &ys, looks.line(index, width));
         }
         if series.drawn != Drawn::Line || xs.len() == 1 {
             for &(x, y) in &series.points {
                 if (panel.x.from..=panel.x.to).contains(&x) {
-                    Looks::mark(canvas, panel.place(x, y), index);
+                    looks.mark(canvas, panel.place(x, y), index);
                 }
             }
         }
@@ -496,7 +507,7 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks, y_title: 
     let fallen = chart.series.iter().filter(|series| !series.fell.is_empty());
     for (row, series) in fallen.enumerate() {
         let y = area.top - strip + FALLS_ROW * (row as f64 + 0.4);
-        let ink = Looks::ink(looks.index(&series.label));
+        let ink = looks.ink(looks.index(&series.label));
         for &x in series
             .fell
             .iter()
@@ -526,9 +537,11 @@ fn level_word(
     at: &[Point],
     points: &[Point],
 ) {
+    // Marks have a radius of 3; those on the line itself stay beside the word.
     let hidden = |left: f64, top: f64| {
         let covers = |p: &&Point| {
-            (left..left + width).contains(&p.0) && (top - 2.0..top + 16.0).contains(&p.1)
+            (left - 3.0..left + width + 3.0).contains(&p.0)
+                && (top - 3.0..top + 13.5).contains(&p.1)
         };
         points.iter().filter(covers).count()
     };
@@ -635,7 +648,7 @@ pub fn bars_figure(bars: &[Bar], quantity: &str, width: f64) -> Result<Figure, F
 
 /// Fills a part: no two of ten look alike, in grey either.
 fn part(canvas: &mut Canvas, rect: Rect, index: usize) {
-    /// Colour and, where it is hatched, the distance of the lines.
+    /// Colour and, where it is hatched, the distance of the lines, which are pale on the dark one.
     const FILLS: [(u32, f64); 10] = [
         (0x0072b2, 0.0),
         (0xf0d9a0, 0.0),
@@ -643,7 +656,7 @@ fn part(canvas: &mut Canvas, rect: Rect, index: usize) {
         (0xffffff, 0.0),
         (0x3d3d3d, 0.0),
         (0xb8dcf0, 5.0),
-        (0x009e73, 0.0),
+        (0x009e73, 4.0),
         (0xcc79a7, 2.2),
         (0xffffff, 3.0),
         (0xa6a6a6, 0.0),
@@ -651,7 +664,9 @@ fn part(canvas: &mut Canvas, rect: Rect, index: usize) {
     let (fill, hatch) = FILLS[index % FILLS.len()];
     canvas.rect(rect, Paint::fill(Ink::hex(fill)));
     if hatch > 0.0 && rect.width > 0.5 {
-        canvas.hatch(rect, TEXT.opacity(0.75), hatch);
+        let pale = fill == 0x009e73;
+        let ink = if pale { WHITE } else { TEXT };
+        canvas.hatch(rect, ink.opacity(0.75), hatch);
     }
     canvas.rect(rect, Paint::stroke(TEXT, 0.6));
 }

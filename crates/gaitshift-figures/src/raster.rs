@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{self, fontdb};
 
 use crate::FigureError;
@@ -35,6 +35,8 @@ pub(crate) fn pixels(svg: &str, scale: f64) -> Result<Pixmap, FigureError> {
     let mut pixmap = pixmap.ok_or_else(|| FigureError::Raster {
         cause: format!("{width} by {height} pixels are too many; choose a smaller scale"),
     })?;
+    // A last row or column that the picture covers in part stays opaque.
+    pixmap.fill(Color::WHITE);
     let scale = scale as f32;
     resvg::render(
         &tree,

@@ -31,6 +31,14 @@ pub(crate) const fn side_ink(side: Side) -> Ink {
     }
 }
 
+/// Fill of what belongs to a leg: the left one, which is behind, is paler, for both colours are equally dark in grey print.
+pub(crate) fn side_fill(side: Side) -> Ink {
+    match side {
+        Side::Right => RIGHT,
+        Side::Left => LEFT.mix(WHITE, 0.55),
+    }
+}
+
 /// Colours of series drawn over each other.
 pub(crate) const SERIES: [Ink; 6] = [
     LEFT,

@@ -5,7 +5,7 @@ use gaitshift_analysis::support::{ContactRule, PhaseInterval, Support, SupportPh
 
 use crate::canvas::{Canvas, Ink, Paint, Rect};
 use crate::chart::Panel;
-use crate::style::{LEFT, RIGHT, WHITE, side_ink};
+use crate::style::{LEFT, RIGHT, WHITE, side_fill};
 
 /// All phases in the order in which legends list them.
 pub(crate) const PHASES: [SupportPhase; 4] = [
@@ -23,8 +23,8 @@ pub(crate) fn find(recording: &Recording) -> Support {
 pub(crate) fn name(phase: SupportPhase) -> &'static str {
     match phase {
         SupportPhase::Double => "double support",
-        SupportPhase::SingleRight => "single right",
-        SupportPhase::SingleLeft => "single left",
+        SupportPhase::SingleRight => "right only",
+        SupportPhase::SingleLeft => "left only",
         SupportPhase::Flight => "flight",
     }
 }
@@ -75,7 +75,7 @@ pub(crate) fn contact_bars(
             if end > from_s && start < to_s {
                 let (left, right) = (place(start.max(from_s)), place(end.min(to_s)));
                 let bar = Rect::new(left, top, right - left, height);
-                canvas.rect(bar, Paint::fill(side_ink(side)));
+                canvas.rect(bar, Paint::fill(side_fill(side)));
             }
         }
     }

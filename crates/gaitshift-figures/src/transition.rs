@@ -28,7 +28,7 @@ pub struct FigureOptions {
 }
 
 impl Default for FigureOptions {
-    /// The ramp with 2.5 s on both sides, 440 units wide: on a column of 85 mm text is 6.5 points.
+    /// The ramp with 2.5 s on both sides, 440 units wide: on a column of 85 mm text is 6 points.
     fn default() -> Self {
         Self {
             from_s: None,

@@ -34,7 +34,7 @@ fn text_is_drawn_without_installed_fonts() {
         pixels(figure, 1.0)
             .pixels()
             .iter()
-            .filter(|pixel| pixel.alpha() > 128)
+            .filter(|pixel| pixel.red() < 128)
             .count()
     };
     assert!(dark(&text("DejaVu Sans, sans-serif")) > 20);

@@ -248,7 +248,7 @@ impl Rule {
             Rule::AtMost(bound) => format!("at most {bound}"),
             Rule::AtLeast(bound) => format!("at least {bound}"),
             Rule::Always => "every attempt".to_owned(),
-            Rule::Antiphase => format!("correlation of at most -{CLEAR}"),
+            Rule::Antiphase => format!("correlation of at most \u{2212}{CLEAR}"),
             Rule::InPhase => format!("correlation of at least {CLEAR}"),
             Rule::More(bound) => format!("at least {bound}, differs above 1"),
             Rule::Less(bound) => format!("at most {bound}, differs below 1"),
@@ -350,9 +350,16 @@ pub(crate) fn by_sensitivity(study: &Study, omega_v: f64) -> Vec<&str> {
     scores.into_iter().map(|(name, _)| name).collect()
 }
 
-/// Whether claims are about an experiment; others are methods of their own, to be set beside.
+/// The method whose claims are about an experiment: its own, or the one that it leaves a part of. Experiments without one are
+/// methods of their own, to be set beside.
+pub(crate) fn method_of(experiment: &str) -> Option<&'static str> {
+    let claim = claims().find(|claim| claim.experiment == experiment);
+    claim.map(|claim| claim.source)
+}
+
+/// Whether claims are about an experiment.
 pub(crate) fn is_claimed(experiment: &str) -> bool {
-    claims().any(|claim| claim.experiment == experiment)
+    method_of(experiment).is_some()
 }
 
 /// All claims: those of the paper first.

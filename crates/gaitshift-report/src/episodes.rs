@@ -27,7 +27,7 @@ struct Line {
     ended: String,
 }
 
-/// A tenth of a training run.
+/// A part of a training run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Stretch {
     /// Environment steps at which it begins.
@@ -39,6 +39,9 @@ pub struct Stretch {
     /// Share of them that ended in a fall.
     pub falls: f64,
 }
+
+/// Environment steps of the stretches in which figures show a training.
+const STEPS_EACH: f64 = 100_000.0;
 
 /// The last part of training, as a share of its steps, whose episodes tell what came of it.
 const LATE: f64 = 0.2;
@@ -83,14 +86,25 @@ impl Episodes {
     /// The tenths of the training, by its last episode; those without an episode are left out.
     pub fn tenths(&self) -> Vec<Stretch> {
         let last = self.steps.last().copied().unwrap_or_default();
-        let place = |tenth: u32| {
-            let step = last * f64::from(tenth) / 10.0;
-            // An episode that ends with a tenth belongs to it.
+        self.stretches(10, |tenth| last * tenth / 10.0)
+    }
+
+    /// The training in stretches of 100 000 steps; those without an episode are left out.
+    pub fn course(&self) -> Vec<Stretch> {
+        let last = self.steps.last().copied().unwrap_or_default();
+        let count = (last / STEPS_EACH).ceil() as u32;
+        self.stretches(count, |stretch| stretch * STEPS_EACH)
+    }
+
+    /// Stretches, the n-th of which ends at the step `end(n)`; an episode that ends there belongs to it.
+    fn stretches(&self, count: u32, end: impl Fn(f64) -> f64) -> Vec<Stretch> {
+        let place = |stretch: u32| {
+            let step = end(f64::from(stretch));
             (step, self.steps.partition_point(|&s| s <= step))
         };
-        (0..10)
-            .filter_map(|tenth| {
-                let ((from_step, first), (to_step, end)) = (place(tenth), place(tenth + 1));
+        (0..count)
+            .filter_map(|stretch| {
+                let ((from_step, first), (to_step, end)) = (place(stretch), place(stretch + 1));
                 let falls = self.fell[first..end].iter().filter(|&&fell| fell).count();
                 Some(Stretch {
                     from_step,

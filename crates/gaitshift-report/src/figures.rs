@@ -1,5 +1,6 @@
 //! The figures of a report, each with the numbers it shows.
 
+mod ablations;
 mod commands;
 mod energies;
 mod forces;
@@ -10,9 +11,10 @@ mod seeds;
 mod stairs;
 mod training;
 
+use crate::claims::method_of;
 use crate::study::{Measured, Plan, Study};
 use crate::table::Table;
-use crate::{Episodes, ReportError, Subject};
+use crate::{ReportError, Subject};
 use gaitshift_figures::Figure;
 
 /// A figure with its title, what it says, and its numbers.
@@ -27,11 +29,20 @@ pub(crate) struct Shown {
     pub wide: bool,
 }
 
-/// The figures over all subjects, each with the episodes of its training.
-pub(crate) fn of_all(runs: &[(&Study, &Episodes)]) -> Result<Vec<Shown>, ReportError> {
-    let studies: Vec<&Study> = runs.iter().map(|(study, _)| *study).collect();
-    let mut shown = vec![commands::sweep(&studies)?, commands::cost(&studies)?];
-    shown.extend(training::phase_one(runs)?);
+/// The figures over all subjects: the methods beside each other, and each method beside what leaves out a part of it.
+pub(crate) fn of_all(studies: &[&Study]) -> Result<Vec<Shown>, ReportError> {
+    let mut whole: Vec<&Study> = studies.to_vec();
+    whole.retain(|s| method_of(&s.group).is_none_or(|method| method == s.group));
+    if whole.is_empty() {
+        whole = studies.to_vec();
+    }
+    let mut shown = vec![commands::sweep(&whole)?, commands::cost(&whole)?];
+    for method in &ablations::METHODS {
+        let mut own = studies.to_vec();
+        own.retain(|s| method_of(&s.group) == Some(method.name));
+        shown.extend(method.over_commands(&own)?);
+        shown.extend(method.over_steps(&own)?);
+    }
     Ok(shown)
 }
 
@@ -44,8 +55,14 @@ pub(crate) fn of_one(
     let m = measured;
     let mut shown = Vec::new();
     for ((recording, start_s), (name, title)) in m.changes.iter().zip([
-        ("fig3-walk-to-run", "From walking to running (Fig. 3)"),
-        ("fig3-run-to-walk", "From running to walking (Fig. 3)"),
+        (
+            "fig3-walk-to-run",
+            "From walking to running (the paper’s Fig. 3)",
+        ),
+        (
+            "fig3-run-to-walk",
+            "From running to walking (the paper’s Fig. 3)",
+        ),
     ]) {
         shown.extend(motions::change(recording, *start_s, plan, name, title)?);
     }
@@ -72,7 +89,7 @@ pub(crate) fn of_one(
     }
     shown.extend(energies::work(&m.study, plan)?);
     shown.extend(forces::ground_reaction(subject, m)?);
-    shown.extend(forces::leg_springs(subject, m)?);
+    shown.extend(forces::leg_springs(subject, m, plan)?);
     shown.extend(stairs::through_the_change(&m.study)?);
     shown.extend(commands::steps_by_speed(&m.study)?);
     shown.extend(ground::ground_steps(&m.study, plan)?);

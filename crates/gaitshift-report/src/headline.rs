@@ -53,9 +53,9 @@ const NUMBERS: [Number; 32] = [
     Number { name: "greatest v²/(g l) of a steady walk", people: TRANSITION, of: |s| greatest(s, GaitClass::Walking).map(|froude| froude * froude), shown_by: Report },
     Number { name: "least v²/(g l) of a steady run", people: TRANSITION, of: |s| least(s, GaitClass::Running).map(|froude| froude * froude), shown_by: Report },
     Number { name: "gap in Froude number v/√(g l) between walk and run", people: "", of: |s| Some(least(s, GaitClass::Running)? - greatest(s, GaitClass::Walking)?), shown_by: Report },
-    Number { name: "command at which running begins when the command rises", people: "", of: running_begins, shown_by: Report },
-    Number { name: "command down to which running is kept when the command falls", people: "", of: running_is_kept, shown_by: Report },
-    Number { name: "width of the hysteresis in ω_v", people: HYSTERESIS, of: |s| Some(running_begins(s)? - running_is_kept(s)?), shown_by: Report },
+    Number { name: "command from which on it runs as the command rises", people: "", of: |s| runs_from(s.stairs_up.iter().rev()), shown_by: Report },
+    Number { name: "command down to which it runs as the command falls", people: "", of: |s| runs_from(s.stairs_down.iter()), shown_by: Report },
+    Number { name: "width of the hysteresis in ω_v: stairs whose motions up and down differ by more than 0.05 in Froude number", people: HYSTERESIS, of: hysteresis_width, shown_by: Report },
     Number { name: "number of commands at which random starts end in both gaits", people: "", of: |s| Some(two_gaits(s).len() as f64), shown_by: Report },
     Number { name: "energy recovery of the centre of mass at ω_v = 0", people: RECOVERY_WALK, of: |s| s.at(0.0)?.energy_recovery, shown_by: Evaluated(0.0, "energy_recovery") },
     Number { name: "greatest energy recovery of a steady walk", people: RECOVERY_WALK, of: best_recovery_walking, shown_by: Swept("greatest energy_recovery of rows whose gait is walking") },
@@ -138,22 +138,44 @@ pub(crate) fn least(study: &Study, gait: GaitClass) -> Option<f64> {
     froudes(study, gait).reduce(f64::min)
 }
 
-/// On the way up.
-pub(crate) fn running_begins(study: &Study) -> Option<f64> {
+/// On stairs from the greatest command on, the last one of the first run without a break.
+pub(crate) fn runs_from<'a>(downwards: impl Iterator<Item = &'a Steady>) -> Option<f64> {
     let runs = |row: &&Steady| row.summary.gait == GaitClass::Running;
-    study.stairs_up.iter().find(runs).map(|row| row.omega_v)
-}
-
-/// On the way down, the last stair of the run without a break.
-pub(crate) fn running_is_kept(study: &Study) -> Option<f64> {
-    let runs = |row: &&Steady| row.summary.gait == GaitClass::Running;
-    study
-        .stairs_down
-        .iter()
+    downwards
         .skip_while(|row| !runs(row))
         .take_while(runs)
         .last()
         .map(|row| row.omega_v)
+}
+
+/// Froude numbers further apart than this are those of different motions.
+const APART: f64 = 0.05;
+
+/// The stairs whose motion depends on the way to them: upwards and downwards it has another speed, or falls only one way.
+pub(crate) fn depends_on_the_way(study: &Study) -> Vec<f64> {
+    let differ = |up: &Steady, down: &Steady| {
+        if up.summary.fell || down.summary.fell {
+            return up.summary.fell != down.summary.fell;
+        }
+        let froudes = up.summary.froude.zip(down.summary.froude);
+        froudes.is_some_and(|(a, b)| (a - b).abs() > APART)
+    };
+    let both = study.stairs_up.iter().filter(|up| {
+        let mut same = study
+            .stairs_down
+            .iter()
+            .filter(|down| down.omega_v == up.omega_v);
+        same.any(|down| differ(up, down))
+    });
+    both.map(|up| up.omega_v).collect()
+}
+
+/// The stairs that depend on the way, each as wide as the step between stairs.
+fn hysteresis_width(study: &Study) -> Option<f64> {
+    let [first, second, ..] = &study.stairs_up[..] else {
+        return None;
+    };
+    Some(depends_on_the_way(study).len() as f64 * (second.omega_v - first.omega_v))
 }
 
 /// Commands under which some random starts end in a walk and others in a run.

@@ -23,8 +23,9 @@ const ASSUMPTIONS: [&str; 10] = [
     "The journal version used MuJoCo, whose contact model differs: its numbers need not be matched exactly.",
     "Motions are without action noise. Unless stated otherwise they begin at the default start, last 20 s or longer, and are \
      measured from 5 s on.",
-    "A walk has double support and no flight in its steps, a run flight and no double support. A foot is in contact from 5 % of body \
-     weight until less than 1 %; contacts shorter than 80 ms do not count (docs/learning.md).",
+    "A walk has double support and no flight in its steps, a run flight and no double support: in at least 95 % of them, for two control \
+     periods or more. Otherwise it is standing, or mixed: neither walk nor run. A foot is in contact from 5 % of body weight until less \
+     than 1 %; contacts shorter than 80 ms do not count (docs/learning.md).",
     "Fr is v/√(g l) as in the papers. The classic Froude number is its square.",
     "Steps in the ground are single ones in the claims, each height tried with the face at several places 5 cm apart; a height counts as \
      survived if at every place, and for every lower height, the body gets 4 m beyond it. Rows of steps that lead up and down by turns \
@@ -84,7 +85,7 @@ pub(crate) fn html(content: &Content) -> String {
     page.push(
         "<p>One controller, trained with Soft Actor-Critic, walks, runs and changes gait on one command, ω<sub>v</sub>. This page sets every \
          result of Koseki, Kutsuzawa, Owaki and Hayashibe (in Japanese, and Frontiers in Neurorobotics 16, 2023) beside what the \
-         controllers below do. Verdicts are computed by the rule in each row: a number that misses \
+         controllers below do. Numbers in parentheses, such as (8), are the paper’s equations. Verdicts are computed by the rule in each row: a number that misses \
          it differs, and one that misses it by more than a factor of two fails. A number that meets it while its interval over seeds is \
          wider than the tolerance is undecided.</p>\n",
     );

@@ -73,6 +73,8 @@ pub struct Study {
     pub late_falls: Option<f64>,
     /// Its training in tenths, empty without a run's folder.
     pub training: Vec<Stretch>,
+    /// The same in stretches of 100 000 steps.
+    pub course: Vec<Stretch>,
 }
 
 /// A study with the recordings that its figures show.
@@ -97,7 +99,7 @@ const TRACED_S: [f64; 2] = [15.0, 19.0];
 /// Ways that count as success under noise, walking and running, in m, as in the journal version.
 const NOISY_WAYS_M: [f64; 2] = [10.0, 20.0];
 /// Duration of the journal version's ramps, in s.
-const JOURNAL_RAMP_S: f64 = 0.6;
+pub(crate) const JOURNAL_RAMP_S: f64 = 0.6;
 
 /// Says what is being measured; an error of its own ends the measuring.
 pub type Saying<'a> = dyn FnMut(&str) -> Result<(), ReportError> + 'a;
@@ -326,8 +328,7 @@ impl Plan {
 }
 
 impl Study {
-    /// Measures a subject of which no figure is drawn, and reads the episodes of its training; less than [`Measured::measure`] if
-    /// its run's folder has the measurements.
+    /// Measures a subject of which no figure is drawn; less than [`Measured::measure`] if its run's folder has the measurements.
     ///
     /// # Errors
     /// As [`Measured::measure`].
@@ -335,15 +336,13 @@ impl Study {
         subject: &mut Subject,
         plan: &Plan,
         say: &mut Saying,
-    ) -> Result<(Self, Episodes), ReportError> {
+    ) -> Result<Self, ReportError> {
         if let Some(mut study) = kept::read(subject, &plan.of(subject)) {
             say("measured before")?;
-            let episodes = episodes(subject)?;
-            study.describe(subject, &episodes);
-            return Ok((study, episodes));
+            study.describe(subject, &episodes(subject)?);
+            return Ok(study);
         }
-        let measured = Measured::measure(subject, plan, say)?;
-        Ok((measured.study, measured.episodes))
+        Ok(Measured::measure(subject, plan, say)?.study)
     }
 
     /// What is not measured: names, and what the log of the training says.
@@ -355,6 +354,7 @@ impl Study {
         self.time_step_s = subject.body.parameters().time_step_s;
         self.late_falls = episodes.late_falls();
         self.training = episodes.tenths();
+        self.course = episodes.course();
     }
 
     /// The part of it that is measured with the finer integration step, too.

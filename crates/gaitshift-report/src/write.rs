@@ -8,7 +8,7 @@ use crate::recorded::RecordedExperiment;
 use crate::source::Commands;
 use crate::study::{Measured, Plan, Saying, Study};
 use crate::table::{Table, cell};
-use crate::{Episodes, ReportError, Subject};
+use crate::{ReportError, Subject};
 use gaitshift_experiment::folder_name;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -42,14 +42,14 @@ pub struct Work<'a> {
 /// What is left of a subject that was measured.
 struct Done {
     study: Study,
-    episodes: Episodes,
     /// Of one that is shown in full.
     figures: Option<Vec<Shown>>,
 }
 
 /// Measures the subjects and writes `report.html`, `report.json` and a folder of figures and tables into `folder`; gives the
 /// files written. Of every experiment the first subject is shown in full, with figures; of the others there are numbers. What
-/// is measured of a run is kept in its folder. Claims about experiments without a subject are judged by what is recorded of them.
+/// is measured of a run is kept in its folder. Experiments without a subject are judged, and shown in the figures over all, by what is
+/// recorded of them.
 ///
 /// The same subjects and plan give the same bytes, on any number of threads.
 ///
@@ -71,18 +71,20 @@ pub fn write_report(
         cause,
     })?;
     let commands = Commands::new(subjects, plan);
-    let (mut studies, mut episodes, mut each) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut studies, mut each) = (Vec::new(), Vec::new());
     for done in measure_all(subjects, plan, work)? {
         studies.push(done.study);
-        episodes.push(done.episodes);
         each.push(done.figures);
     }
     (work.say)("figures and page");
     let all: Vec<&Study> = studies.iter().collect();
     let groups = Group::all(&all);
     let judged = judge_claims(&all, recorded);
-    let runs: Vec<(&Study, &Episodes)> = studies.iter().zip(&episodes).collect();
-    let common = figures::of_all(&runs)?;
+    let recalled = recorded
+        .iter()
+        .filter(|r| !studies.iter().any(|s| s.group == r.name));
+    let shown = studies.iter().chain(recalled.flat_map(|r| &r.studies));
+    let common = figures::of_all(&shown.collect::<Vec<_>>())?;
 
     let mut files = Files {
         root: folder,
@@ -190,10 +192,8 @@ fn measure_one(
     say: &mut Saying,
 ) -> Result<Done, ReportError> {
     if !in_full {
-        let (study, episodes) = Study::measure(subject, plan, say)?;
         return Ok(Done {
-            study,
-            episodes,
+            study: Study::measure(subject, plan, say)?,
             figures: None,
         });
     }
@@ -201,7 +201,6 @@ fn measure_one(
     let figures = figures::of_one(subject, &measured, &plan.of(subject))?;
     Ok(Done {
         study: measured.study,
-        episodes: measured.episodes,
         figures: Some(figures),
     })
 }

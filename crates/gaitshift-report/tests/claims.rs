@@ -322,6 +322,7 @@ fn without_runs_of_its_experiment_a_claim_is_judged_by_what_is_recorded() {
         runs: "trained earlier".to_owned(),
         seeds: (1..).take(values.len()).collect(),
         claims: [("Froude number at ω_v = 0".to_owned(), values.to_vec())].into(),
+        studies: Vec::new(),
     };
     let own = |studies: &[&Study], values: &[Option<f64>]| {
         judged_with(studies, &[recorded(values)], "Froude number at ω_v = 0").own
@@ -354,6 +355,14 @@ fn what_comes_recorded_is_of_claims_that_there_are() {
     let claims = judge_claims(&[], &[]);
     for recorded in recorded_experiments().unwrap() {
         assert!(!recorded.seeds.is_empty() && !recorded.claims.is_empty());
+        // Every seed can be drawn: its motions from the least command on, and its whole training.
+        for (study, &seed) in recorded.studies.iter().zip(&recorded.seeds) {
+            assert_eq!((&study.group, study.seed), (&recorded.name, seed));
+            assert_eq!(study.steady[0].omega_v, -0.5, "{}", study.name);
+            assert!(study.steady.len() >= 81, "{}", study.name);
+            assert!(study.course.len() >= 99, "{}", study.name);
+        }
+        assert_eq!(recorded.studies.len(), recorded.seeds.len());
         for (claim, values) in &recorded.claims {
             let known = claims.iter().find(|j| j.claim == claim);
             let known = known.unwrap_or_else(|| panic!("no claim {claim}"));

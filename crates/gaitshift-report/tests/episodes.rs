@@ -32,6 +32,23 @@ fn tenths_hold_the_episodes_that_end_in_them() {
 }
 
 #[test]
+fn the_course_of_a_training_is_in_stretches_of_100_000_steps() {
+    let episodes = Episodes {
+        steps: vec![50_000.0, 100_000.0, 100_001.0, 250_000.0],
+        returns: vec![1.0, 3.0, 5.0, 7.0],
+        omega_v: vec![0.0; 4],
+        fell: vec![true, false, false, false],
+    };
+    let course: Vec<_> = episodes
+        .course()
+        .iter()
+        .map(|s| (s.to_step, s.mean_return, s.falls))
+        .collect();
+    assert_eq!(course, [(1e5, 2.0, 0.5), (2e5, 5.0, 0.0), (3e5, 7.0, 0.0)]);
+    assert!(Episodes::default().course().is_empty());
+}
+
+#[test]
 fn a_log_that_was_cut_off_names_the_line() {
     let folder = tempfile::tempdir().unwrap();
     let run = common::run(folder.path());

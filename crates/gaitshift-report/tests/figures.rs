@@ -2,8 +2,9 @@
 //! figures mark falls, fit a journal's columns and are one series for each experiment; captions say what was measured.
 
 mod common;
-use common::{run, text, written};
-use gaitshift_report::Subject;
+use common::{run, text, written, written_with};
+use common::studies::study;
+use gaitshift_report::{RecordedExperiment, Subject};
 use std::collections::BTreeMap;
 
 #[test]
@@ -69,7 +70,10 @@ fn every_figure_stands_beside_the_page_with_its_numbers() {
             assert_eq!(width, 330.0, "{figure}");
         }
     }
-    assert!(page.contains("Rising, it fell nowhere; coming down, nowhere. At"));
+    assert!(
+        page.contains("Rising, it fell nowhere; coming down, nowhere. At")
+            && page.contains("It runs from 0.6 on as the command rises")
+    );
     assert!(page.contains("Of 6 random starts 0 fell."));
     // What is given and what is taken of the energy are the same, but for what the body holds more or less in the end.
     for omega_v in ["0.0", "3.0"] {
@@ -127,40 +131,54 @@ fn seeds_of_an_experiment_are_one_series_and_phase_one_is_set_beside_its_lack() 
             ..Subject::shipped().unwrap()
         })
         .collect::<Vec<_>>();
-    let all = written(&mut subjects);
+    // An experiment that was run earlier, of which little is known.
+    let earlier = RecordedExperiment {
+        name: "earlier".to_owned(),
+        runs: String::new(),
+        seeds: vec![1, 2],
+        claims: BTreeMap::new(),
+        studies: [0.2, 0.3].map(|walk| study(walk, 0.9)).to_vec(),
+    };
+    let all = written_with(&mut subjects, &[earlier]);
     for figure in ["figures/sweep.svg", "figures/cost-of-transport.svg"] {
         let svg = text(&all[figure]);
-        assert_eq!(
-            svg.matches(">paper (2 seeds)</text>").count(),
-            1,
-            "{figure}"
-        );
-        assert!(
-            svg.contains(">paper, without phase I, seed 3</text>"),
-            "{figure}"
-        );
+        for name in ["paper (2 seeds)", "g (2 seeds)"] {
+            assert_eq!(
+                svg.matches(&format!(">{name}</text>")).count(),
+                1,
+                "{figure}"
+            );
+        }
+        assert!(!svg.contains("without phase I"), "{figure}");
         assert!(!svg.contains("paper, seed"), "{figure}");
         // Bands, and thin lines below thick ones.
         assert!(svg.contains("fill-opacity=\"0.18\""), "{figure}");
         assert!(svg.contains("stroke-width=\"0.6\"") && svg.contains("stroke-width=\"2.2\""));
     }
-    let overlay = text(&all["figures/fig4-phase-one.svg"]);
-    for name in ["with phase I, 2 seeds", "without phase I, one seed"] {
-        assert_eq!(
-            overlay.matches(&format!(">{name}</text>")).count(),
-            1,
-            "{name}"
-        );
+    // What leaves out a part stands beside its method, in figures of their own.
+    for figure in [
+        "figures/paper-without-a-part.svg",
+        "figures/fig4-phase-one.svg",
+    ] {
+        let svg = text(&all[figure]);
+        for name in ["the method, 2 seeds", "without phase I, one seed"] {
+            assert_eq!(
+                svg.matches(&format!(">{name}</text>")).count(),
+                1,
+                "{figure}: {name}"
+            );
+        }
     }
-    // Ten returns from 1.5 to 10.5 within the first 100 000 steps: their mean, of every seed.
+    assert!(!all.keys().any(|file| file.contains("journal-")));
+    // Ten returns from 1.5 to 10.5 within the first 100 000 steps, of which the last fell: their mean, of every seed.
     let table = text(&all["figures/fig4-phase-one.csv"]);
     let rows: Vec<&str> = table.lines().skip(1).collect();
     assert_eq!(
         rows,
         [
-            "paper,1,0.05,6.0",
-            "paper,2,0.05,6.0",
-            "\"paper, without phase I\",3,0.05,6.0"
+            "paper,1,0.0,100000.0,6.0,0.1",
+            "paper,2,0.0,100000.0,6.0,0.1",
+            "\"paper, without phase I\",3,0.0,100000.0,6.0,0.1"
         ]
     );
 }
@@ -175,7 +193,7 @@ fn what_falls_is_marked() {
         assert!(svg.contains(">fell (over the panel)</text>"), "{figure}");
     }
     let page = text(&all["report.html"]);
-    assert!(page.contains("Running does not begin on the way up; on the way down there is none. Rising, it fell at 0, 0.3, 0.6;"));
+    assert!(page.contains("It runs nowhere as the command rises, nowhere as it falls,"));
     assert!(page.contains("Of 6 random starts 6 fell."));
     assert!(page.contains("It does not have both a walk and a run."));
 }

@@ -146,7 +146,7 @@ fn what_was_measured_of_a_run_is_kept_in_its_folder() {
             again |= what == "steady motions";
             Ok(())
         });
-        (study.unwrap().0, again)
+        (study.unwrap(), again)
     };
     let (study, again) = measure(&plan);
     assert!(again);
@@ -219,7 +219,7 @@ fn a_run_is_tried_at_commands_that_it_was_trained_with() {
         trained: Some([0.0, 2.5]),
         ..Subject::shipped().unwrap()
     };
-    let (study, _) = Study::measure(&mut subject, &plan, &mut |_| Ok(())).unwrap();
+    let study = Study::measure(&mut subject, &plan, &mut |_| Ok(())).unwrap();
     assert_eq!(study.gaits, [0.0, 2.5]);
     assert!(study.step_heights.iter().any(|row| row.omega_v == 2.5));
     assert!(study.step_heights.iter().all(|row| row.omega_v < 3.0));

@@ -2,8 +2,8 @@
 
 use super::Shown;
 use super::panels::{
-    FROUDE, HUMAN_RECOVERY, HUMAN_TRANSITION, OMEGA_V, Of, Panel, SHARE_OF_TIME, by_gait, falls,
-    froude, has_fallen, omega_v, points, steady_table,
+    FROUDE, HUMAN_RECOVERY, HUMAN_TRANSITION, OMEGA_V, Of, Panel, SHARE_OF_TIME, by_gait, falls_of,
+    froude, has_fallen, named_rows, omega_v, points, steady_table,
 };
 use super::seeds::{Experiment, OVER_SEEDS, over_seeds};
 use crate::ReportError;
@@ -43,23 +43,12 @@ pub(super) fn sweep(studies: &[&Study]) -> Result<Shown, ReportError> {
             .map(|experiment| {
                 let runs = experiment.seeds.iter();
                 let runs = runs.map(|s| points(&s.steady, omega_v, panel.of)).collect();
-                let mut fell: Vec<f64> = experiment
-                    .seeds
-                    .iter()
-                    .flat_map(|s| falls(&s.steady))
-                    .collect();
-                fell.sort_by(f64::total_cmp);
-                fell.dedup();
-                over_seeds(&experiment.label, runs).fell_at(fell)
+                over_seeds(&experiment.label, runs).fell_at(falls_of(&experiment.seeds))
             })
             .collect();
         series.push(Series::marks("the paper", panel.paper.to_vec()));
         panel.chart(OMEGA_V, series)
     });
-    let rows: Vec<(&str, &Steady)> = studies
-        .iter()
-        .flat_map(|s| s.steady.iter().map(|row| (s.name.as_str(), row)))
-        .collect();
     let several = if experiments.iter().any(|e| e.seeds.len() > 1) {
         OVER_SEEDS
     } else {
@@ -70,20 +59,20 @@ pub(super) fn sweep(studies: &[&Study]) -> Result<Shown, ReportError> {
         title: "Over the range of the command",
         caption: format!(
             "Motions from the default start, without action noise; the first 5 s are not measured, and of those that fell only the \
-             fall is shown. {}{several}ΔE is the change of the total energy within a control period. People change between walk and \
+             fall is shown. {}{several}ΔE is the change of the total energy within a control period, so it grows with that period. People change between walk and \
              run at v²/(g l) of about 0.5 (Kram, Domingo and Ferris, J. Exp. Biol. 200, 1997), and recover up to about 0.65 of the \
              energy walking (Cavagna, Thys and Zamboni, J. Physiol. 262, 1976).",
             between_the_gaits(studies)
         ),
         figure: charts_figure(&charts, 3, PAGE_WIDTH, 130.0)?,
-        table: steady_table("sweep", &rows),
+        table: steady_table("sweep", &named_rows(studies)),
         wide: true,
     })
 }
 
 /// Whether there is a gap in speed between walk and run, or what fills it, in a sentence.
 fn between_the_gaits(studies: &[&Study]) -> String {
-    // Of the motions of the sweep the fastest walk, the slowest run, and how many of neither gait lie between the two.
+    // Of the motions of the sweep the fastest walk, the slowest run, and how many of neither gait lie between the two and above.
     let gap = |study: &Study| {
         let of_gait = |gait| {
             let rows = study
@@ -95,27 +84,28 @@ fn between_the_gaits(studies: &[&Study]) -> String {
         let walk = of_gait(GaitClass::Walking).reduce(f64::max)?;
         let run = of_gait(GaitClass::Running).reduce(f64::min)?;
         let between = of_gait(GaitClass::Mixed).filter(|fr| (walk..run).contains(fr));
-        Some((walk, run, between.count()))
+        let above = of_gait(GaitClass::Mixed).filter(|fr| *fr >= run);
+        Some((walk, run, [between.count(), above.count()]))
     };
-    let gaps: Vec<(f64, f64, usize)> = studies.iter().filter_map(|&study| gap(study)).collect();
+    let gaps: Vec<(f64, f64, [usize; 2])> =
+        studies.iter().filter_map(|&study| gap(study)).collect();
     match (studies, &gaps[..]) {
         ([_], []) => "It does not have both a walk and a run. ".to_owned(),
         ([_], &[(walk, run, _), ..]) if walk >= run => format!(
-            "Its fastest walk has a Froude number of {walk:.2}, its slowest run one of {run:.2}: there is no gap between them. "
+            "The fastest walk of these has a Froude number of {walk:.2}, the slowest run one of {run:.2}: there is no gap between them. "
         ),
-        ([_], &[(walk, run, 0), ..]) => format!(
-            "Between its fastest walk, with a Froude number of {walk:.2}, and its slowest run, with {run:.2}, there is a gap. "
-        ),
-        ([_], &[(walk, run, between), ..]) => format!(
-            "Between its fastest walk, with a Froude number of {walk:.2}, and its slowest run, with {run:.2}, lie {between} motions \
-             of neither gait. "
+        ([_], &[(walk, run, [between, above]), ..]) => format!(
+            "Between the fastest walk of these, with a Froude number of {walk:.2}, and the slowest run, with {run:.2}, lie {between} motions \
+             of neither gait; {above} of neither are faster. "
         ),
         _ => format!(
             "Of {} controllers {} have a walk and a run; in {} of these motions of neither gait lie between the fastest walk and the \
              slowest run. ",
             studies.len(),
             gaps.len(),
-            gaps.iter().filter(|(_, _, between)| *between > 0).count()
+            gaps.iter()
+                .filter(|(_, _, [between, _])| *between > 0)
+                .count()
         ),
     }
 }
@@ -153,10 +143,7 @@ pub(super) fn cost(studies: &[&Study]) -> Result<Shown, ReportError> {
             }
         }
     }
-    let rows: Vec<(&str, &Steady)> = studies
-        .iter()
-        .flat_map(|s| s.steady.iter().map(|row| (s.name.as_str(), row)))
-        .collect();
+    let rows = named_rows(studies);
     let fallen = rows.iter().filter(|(_, row)| has_fallen(row)).count();
     series.push(Series::marks(
         "the paper, mechanical",
@@ -165,7 +152,7 @@ pub(super) fn cost(studies: &[&Study]) -> Result<Shown, ReportError> {
     series.push(Series::marks("ASIMO, total", vec![(0.184, 3.2)]));
     let chart = Chart {
         x_title: FROUDE.to_owned(),
-        y_title: "cost of transport, energy/(m g d)".to_owned(),
+        y_title: "cost of transport, energy/(m g d), log. scale".to_owned(),
         series,
         levels: PUBLISHED
             .map(|(name, total)| (total, name.to_owned()))
@@ -224,7 +211,7 @@ pub(super) fn steps_by_speed(study: &Study) -> Result<Option<Shown>, ReportError
     Ok(Some(Shown {
         name: "steps-by-speed".to_owned(),
         title: "Step length and step frequency",
-        caption: "All motions of the sweep and of the stairs that did not fall.".to_owned(),
+        caption: "All motions of the sweep and of the stairs that did not fall; those of neither gait lie below the others.".to_owned(),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 140.0)?,
         table: steady_table("steps-by-speed", &rows),
         wide: true,

@@ -196,7 +196,8 @@ pub(super) fn work(study: &Study, plan: &Plan) -> Result<Option<Shown>, ReportEr
         title: "Where energy comes from and where it goes",
         caption: format!(
             "Per step, from a touchdown to the next of either foot; both legs, summed at the integration step. Given: positive work \
-             of the actuators. Taken: their negative work (braking) and all losses. {}; the rest is what the body holds more or less at \
+             of the actuators. Taken: their negative work (braking) and all losses; c1 and c2 are the dampers within each leg (Table 1 of the \
+             paper). {}; the rest is what the body holds more or less at \
              the end of the strides measured. Elastic elements give back what they took up, so they stand apart.",
             balances.join(", ")
         ),

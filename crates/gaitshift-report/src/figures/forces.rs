@@ -1,7 +1,8 @@
 //! Forces over a stance: the ground's on the body, and along the leg against its length.
 
 use super::Shown;
-use crate::study::Measured;
+use super::panels::NEITHER;
+use crate::study::{Measured, Plan};
 use crate::table::{Table, cell};
 use crate::trace::Trace;
 use crate::{ReportError, Subject};
@@ -23,12 +24,13 @@ pub(super) fn ground_reaction(
             "walking",
             Some((1.2, "people walking, greatest")),
         ),
+        // Between the others, so that the legend lists commands in their order.
+        (GaitClass::Mixed, NEITHER, None),
         (
             GaitClass::Running,
             "running",
             Some((2.5, "people running, greatest")),
         ),
-        (GaitClass::Mixed, "neither walk nor run", None),
     ]
     .into_iter()
     .map(|(gait, title, people)| {
@@ -109,15 +111,22 @@ fn mean_force(trace: &Trace, weight: f64) -> Vec<(f64, f64)> {
 }
 
 /// Force along the leg against leg length in the run.
-pub(super) fn leg_springs(subject: &Subject, m: &Measured) -> Result<Option<Shown>, ReportError> {
+pub(super) fn leg_springs(
+    subject: &Subject,
+    m: &Measured,
+    plan: &Plan,
+) -> Result<Option<Shown>, ReportError> {
     let weight = subject.weight_n();
     let mut table = Table::new(
         "leg-force-length",
         &["omega_v", "leg", "time_s", "length_m", "force_body_weights"],
     );
     let mut charts = Vec::new();
-    for (omega_v, trace) in m.traces.iter().filter(|(w, _)| [0.0, 3.0].contains(w)) {
-        let mut series = Vec::new();
+    for (omega_v, gait) in plan.gaits.into_iter().zip(["walking", "running"]) {
+        let Some((_, trace)) = m.traces.iter().find(|(w, _)| *w == omega_v) else {
+            continue;
+        };
+        let (mut series, mut touchdowns) = (Vec::new(), Vec::new());
         // Left first: it is blue everywhere, and right vermilion.
         for (leg, name) in [(1, "left leg"), (0, "right leg")] {
             let Some(stance) = trace.stances(leg, weight).into_iter().nth(1) else {
@@ -129,17 +138,21 @@ pub(super) fn leg_springs(subject: &Subject, m: &Measured) -> Result<Option<Show
                 .collect();
             for (_, row) in trace.thinned(&stance) {
                 table.rows.push(vec![
-                    cell(Some(*omega_v)),
+                    cell(Some(omega_v)),
                     name.to_owned(),
                     cell(Some(row.time_s)),
                     cell(Some(row.length_m[leg])),
                     cell(Some(row.axial_n[leg] / weight)),
                 ]);
             }
+            touchdowns.extend(line.first());
             series.push(Series::line(name, line));
         }
+        if !touchdowns.is_empty() {
+            series.push(Series::marks("touchdown", touchdowns));
+        }
         charts.push(Chart {
-            title: format!("ω\u{1d65} = {omega_v}"),
+            title: format!("{gait}, ω\u{1d65} = {omega_v}"),
             x_title: "leg length (m)".to_owned(),
             y_title: "force (body weights)".to_owned(),
             series,
@@ -152,15 +165,15 @@ pub(super) fn leg_springs(subject: &Subject, m: &Measured) -> Result<Option<Show
     }
     let explained = m.study.landings.iter().filter_map(|l| {
         let share = l.spring_like?;
-        Some(format!("{share:.2} at {}", l.omega_v))
+        Some(format!("{share:.2} at ω_v = {}", l.omega_v))
     });
     let explained: Vec<String> = explained.collect();
     Ok(Some(Shown {
         name: "leg-force-length".to_owned(),
         title: "Leg force against leg length",
         caption: format!(
-            "Ground reaction along the leg; one stance of each. A spring-mass leg would follow a single line up and \
-             down. Share of the variance that a straight line explains, over all stances: {}.",
+            "Ground reaction along the leg; one stance of each leg, from touchdown; where both do the same, the right one covers the \
+             left. A spring-mass leg would follow a single line up and down. Share of the variance that a straight line explains, over all stances: {}.",
             explained.join(", ")
         ),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 150.0)?,

@@ -41,11 +41,12 @@ pub(super) fn ground_steps(study: &Study, plan: &Plan) -> Result<Option<Shown>, 
             let of_kind = rows.filter(|row| row.omega_v == omega_v && kind(row) == name);
             let share = |row: &StepHeight| row.successes as f64 / row.trials.max(1) as f64;
             let passed = of_kind.map(|row| (100.0 * row.height_m.abs(), share(row)));
-            let journal = (name == "one step up").then(|| (theirs_cm, "journal".to_owned()));
+            let journal =
+                (name == "one step up").then(|| (theirs_cm, "journal version".to_owned()));
             charts.push(Chart {
                 title: title.to_owned(),
                 x_title: "height of the step (cm)".to_owned(),
-                y_title: "share of places".to_owned(),
+                y_title: "share of places passed".to_owned(),
                 series: vec![Series::marked_line(
                     &format!("{gait}, ω\u{1d65} = {omega_v}"),
                     passed.collect(),
@@ -63,8 +64,8 @@ pub(super) fn ground_steps(study: &Study, plan: &Plan) -> Result<Option<Shown>, 
     Ok(Some(Shown {
         name: "ground-steps".to_owned(),
         title: "Steps in the ground",
-        caption: "Above walking, below running. Each height is tried with the first face at several places 5 cm apart; passed is \
-                  what the body gets 4 m beyond. The dotted line is the highest step up survived in the journal version. Heights after the first that is passed nowhere are not tried. By turns, the ground rises and falls again every \
+        caption: "Above walking, below running. Each height is tried with the first face at several places 5 cm apart; a place is passed \
+                  if the body gets 4 m beyond it. The dotted line is the highest step up survived in the journal version. Heights after the first that is passed nowhere are not tried. By turns, the ground rises and falls again every \
                   50 cm until there."
             .to_owned(),
         figure: charts_figure(&charts, 3, PAGE_WIDTH, 90.0)?,

@@ -1,10 +1,13 @@
 //! Single motions over time: changes of gait, the round trip, poses through a stride.
 
 use super::Shown;
+use super::panels::OMEGA_V;
 use crate::ReportError;
-use crate::study::{Measured, Plan};
+use crate::study::{JOURNAL_RAMP_S, Measured, Plan};
 use crate::table::{Table, cell};
 use gaitshift_analysis::recording::{Column, column};
+use gaitshift_analysis::steps::{Step, find_steps};
+use gaitshift_analysis::support::{ContactRule, Support};
 use gaitshift_analysis::{GaitClass, Recording};
 use gaitshift_figures::{
     COLUMN_WIDTH, Chart, FigureOptions, PAGE_WIDTH, Series, charts_figure, stride_at,
@@ -22,10 +25,14 @@ pub(super) fn change(
     if recording.duration_s() < ramp.1 {
         return Ok(None);
     }
+    // A run needs half a dozen steps to become a walk again.
+    let (from_s, to_s) = (ramp.0 - 1.5, ramp.1 + 4.5);
     let figure = transition_figure(
         recording,
         ramp,
         &FigureOptions {
+            from_s: Some(from_s),
+            to_s: Some(to_s.min(recording.duration_s())),
             width: COLUMN_WIDTH,
             ..FigureOptions::default()
         },
@@ -38,7 +45,7 @@ pub(super) fn change(
             plan.ramp_s
         ),
         figure,
-        table: recording_table(name, recording, start_s - 2.5, start_s + plan.ramp_s + 2.5),
+        table: recording_table(name, recording, from_s, to_s),
         wide: false,
     }))
 }
@@ -58,14 +65,16 @@ pub(super) fn round_trip(m: &Measured, plan: &Plan) -> Result<Option<Shown>, Rep
                 .collect()
         })
     };
+    let line = |label: &str, of: Column| vec![Series::line(label, series(of))];
     let charts = [
-        ("speed (m/s)", "speed", column::X_VELOCITY_M_PER_S),
-        ("ω\u{1d65} (s/m)", "command", column::OMEGA_V),
+        ("speed (m/s)", line("speed", column::X_VELOCITY_M_PER_S)),
+        ("share of a step", shares_of_steps(recording, from_s, to_s)),
+        (OMEGA_V, line("command", column::OMEGA_V)),
     ]
-    .map(|(y_title, label, of)| Chart {
+    .map(|(y_title, series)| Chart {
         x_title: "time (s)".to_owned(),
         y_title: y_title.to_owned(),
-        series: vec![Series::line(label, series(of))],
+        series,
         x_range: Some((from_s, to_s)),
         ..Chart::default()
     });
@@ -87,14 +96,40 @@ pub(super) fn round_trip(m: &Measured, plan: &Plan) -> Result<Option<Shown>, Rep
         name: "walk-run-walk".to_owned(),
         title: "Walk, run and walk again",
         caption: format!(
-            "One motion; its gaits: {}.{}",
+            "One motion; its gaits: {}. Of each step the share with both feet on the ground, and with none.{} Steps are counted from \
+             where the command begins to change; it does so within {JOURNAL_RAMP_S} s.",
             gaits.join(", "),
             took.join("")
         ),
-        figure: charts_figure(&charts, 1, COLUMN_WIDTH, 100.0)?,
+        figure: charts_figure(&charts, 1, COLUMN_WIDTH, 84.0)?,
         table,
         wide: false,
     }))
+}
+
+/// Of each step double support and flight, at the middle of the step.
+fn shares_of_steps(recording: &Recording, from_s: f64, to_s: f64) -> Vec<Series> {
+    let steps = recording
+        .window(from_s, to_s)
+        .map_or_else(Vec::new, |window| {
+            let support = Support::find(recording, &ContactRule::default());
+            find_steps(recording, &support, window)
+        });
+    let share = |of: fn(&Step) -> usize| {
+        let lasting = steps.iter().filter(|step| step.end_row > step.start_row);
+        let points = lasting.map(|step| {
+            let periods = (step.end_row - step.start_row) as f64;
+            (
+                step.start_s + 0.5 * step.duration_s,
+                of(step) as f64 / periods,
+            )
+        });
+        points.collect()
+    };
+    vec![
+        Series::marks("double support", share(|step| step.double_support_periods)),
+        Series::marks("flight", share(|step| step.flight_periods)),
+    ]
 }
 
 pub(super) fn poses(
@@ -109,7 +144,11 @@ pub(super) fn poses(
     Ok(Some(Shown {
         name: name.to_owned(),
         title,
-        caption: format!("ω_v = {omega_v}. Below, filled: the foot is on the ground."),
+        caption: format!(
+            "ω_v = {omega_v}; it moves to the right. The right leg is orange, the left one blue, the black line the way of the hip. \
+             Below, filled: the foot is on the ground, from the beginning of the control period in which it lands, when it can still be \
+             some millimetres above."
+        ),
         figure: strobe_within(recording, from_s, to_s, 10, PAGE_WIDTH)?,
         table: recording_table(name, recording, from_s, to_s),
         wide: true,

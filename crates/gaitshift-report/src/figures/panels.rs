@@ -12,6 +12,9 @@ pub(super) const FROUDE: &str = "Froude number v/√(g l)";
 
 pub(super) const SHARE_OF_TIME: &str = "share of time";
 
+/// What stands, shuffles, limps or hops.
+pub(super) const NEITHER: &str = "neither walk nor run";
+
 /// The values that a panel shows of a motion.
 pub(super) type Of = fn(&Steady) -> Option<f64>;
 
@@ -85,17 +88,16 @@ pub(super) fn by_gait<'a>(
     x: Of,
     y: Of,
 ) -> Vec<Series> {
-    [
-        (GaitClass::Walking, "walking"),
-        (GaitClass::Mixed, "neither"),
-        (GaitClass::Running, "running"),
+    let marks = |label: &str, of_gait: &dyn Fn(GaitClass) -> bool| {
+        let rows = rows.clone().filter(|row| of_gait(row.summary.gait));
+        Series::marks(label, points(rows, x, y))
+    };
+    let (walking, running) = (GaitClass::Walking, GaitClass::Running);
+    vec![
+        marks("walking", &|gait| gait == walking),
+        marks(NEITHER, &|gait| gait != walking && gait != running).below(),
+        marks("running", &|gait| gait == running),
     ]
-    .into_iter()
-    .map(|(gait, label)| {
-        let of_gait = rows.clone().filter(|row| row.summary.gait == gait);
-        Series::marks(label, points(of_gait, x, y))
-    })
-    .collect()
 }
 
 /// The marks of the stairs, up and down, and where they fell.
@@ -112,6 +114,20 @@ pub(super) fn on_stairs(study: &Study, of: Of) -> Vec<Series> {
 pub(super) fn falls<'a>(rows: impl IntoIterator<Item = &'a Steady>) -> Vec<f64> {
     let fallen = rows.into_iter().filter(|row| has_fallen(row));
     fallen.map(|row| row.omega_v).collect()
+}
+
+/// The commands under which a motion of any of the studies fell.
+pub(super) fn falls_of(studies: &[&Study]) -> Vec<f64> {
+    let mut commands: Vec<f64> = studies.iter().flat_map(|s| falls(&s.steady)).collect();
+    commands.sort_by(f64::total_cmp);
+    commands.dedup();
+    commands
+}
+
+/// The steady motions of the studies, each with its study's name.
+pub(super) fn named_rows<'a>(studies: &[&'a Study]) -> Vec<(&'a str, &'a Steady)> {
+    let rows = |study: &&'a Study| study.steady.iter().map(|row| (study.name.as_str(), row));
+    studies.iter().flat_map(rows).collect()
 }
 
 pub(super) fn has_fallen(row: &Steady) -> bool {

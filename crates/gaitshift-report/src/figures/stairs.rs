@@ -7,9 +7,10 @@ use super::panels::{
 };
 use crate::ReportError;
 use crate::headline::{
-    clearance, least_steady_stair, running_begins, running_is_kept, step_time_variation, two_gaits,
+    clearance, depends_on_the_way, least_steady_stair, runs_from, step_time_variation, two_gaits,
 };
 use crate::study::{Plan, StartedMotion, Steady, Study};
+use crate::table::{Table, cell};
 use gaitshift_analysis::{GaitClass, GaitSummary};
 use gaitshift_figures::{Chart, PAGE_WIDTH, Series, charts_figure};
 use std::f64::consts::PI;
@@ -79,9 +80,29 @@ pub(super) fn bifurcation(study: &Study, plan: &Plan) -> Result<Option<Shown>, R
             fallen.len(),
         ),
         figure: charts_figure(&charts, 2, PAGE_WIDTH, 150.0)?,
-        table: stairs_table("bifurcation", study),
+        table: with_starts(stairs_table("bifurcation", study), study),
         wide: true,
     }))
+}
+
+/// The table with a row for each random start, of which less is known.
+fn with_starts(mut table: Table, study: &Study) -> Table {
+    for start in &study.starts {
+        let known = |column: &str| match column {
+            "series" => "random start".to_owned(),
+            "omega_v" => cell(Some(start.omega_v)),
+            "gait" => start.gait.to_string(),
+            "fell" => (start.gait == GaitClass::Fallen).to_string(),
+            "speed_m_per_s" => cell(start.speed_m_per_s),
+            "double_support" => cell(start.double_support),
+            "flight" => cell(start.flight),
+            "duty_factor_right" => cell(start.duty_factor),
+            _ => String::new(),
+        };
+        let row = table.columns.iter().map(|column| known(column)).collect();
+        table.rows.push(row);
+    }
+    table
 }
 
 /// On which stairs it fell, in a sentence.
@@ -111,17 +132,31 @@ fn stairs_charts<const N: usize>(study: &Study, panels: [Panel; N]) -> [Chart; N
     })
 }
 
-/// Where running begins and how far down it is kept, in a sentence.
+/// From where on it runs, up and down, and where the motion depends on the way, in two sentences.
 fn hysteresis(study: &Study) -> String {
-    let begins = running_begins(study).map_or_else(
-        || "Running does not begin on the way up".to_owned(),
-        |begins| format!("Running begins at {begins} on the way up"),
-    );
-    let kept = running_is_kept(study).map_or_else(
-        || "on the way down there is none".to_owned(),
-        |kept| format!("coming down it is kept to {kept}"),
-    );
-    format!("{begins}; {kept}. ")
+    let runs = |from: Option<f64>| match from {
+        Some(command) => format!("from {command} on"),
+        None => "nowhere".to_owned(),
+    };
+    let depends = depends_on_the_way(study);
+    let depends = match (&depends[..], depends.last()) {
+        ([only], _) => format!("At one stair, {only}, the"),
+        ([first, ..], Some(last)) => {
+            format!("At {} stairs from {first} to {last} the", depends.len())
+        }
+        _ => "At no stair does the".to_owned(),
+    };
+    let word = if depends.starts_with("At no") {
+        "depend"
+    } else {
+        "depends"
+    };
+    format!(
+        "It runs {} as the command rises, {} as it falls, without a break up to the greatest run. {depends} motion {word} on the way: \
+         Froude numbers differ by more than 0.05. ",
+        runs(runs_from(study.stairs_up.iter().rev())),
+        runs(runs_from(study.stairs_down.iter()))
+    )
 }
 
 /// The phase between the hips and how steady the stride is, through the change of gait.
@@ -130,13 +165,13 @@ pub(super) fn hip_phase(study: &Study) -> Result<Option<Shown>, ReportError> {
         Panel {
             shows: PI,
             levels: &[(PI, "π, even")],
-            ..Panel::new("phase, left to right hip", "mean (rad)", |r| {
+            ..Panel::new("phase, left to right hip", "circular mean (rad)", |r| {
                 r.summary.hip_phase_rad
             })
         },
         Panel::new(
             "its deviation from stride to stride",
-            "circular (rad)",
+            "circular s.d. (rad)",
             |r| r.summary.hip_phase_deviation_rad,
         ),
         Panel::new("variation of the step time", "deviation/mean", |r| {
@@ -161,8 +196,8 @@ pub(super) fn hip_phase(study: &Study) -> Result<Option<Shown>, ReportError> {
         name: "hip-phase".to_owned(),
         title: "Phase between the hips and steadiness of the stride through the change of gait",
         caption: format!(
-            "On the stairs of the bifurcation. Where in the right leg’s cycle of the hip angle the left leg is foremost: π where legs \
-             alternate evenly. Its circular standard deviation from stride to stride is the root of its variance.{least} In people \
+            "On the stairs of the bifurcation. The phase is where in the right leg’s cycle of the hip angle the left leg is foremost: π \
+             where legs alternate evenly. Its circular standard deviation from stride to stride is the root of its variance.{least} In people \
              relative phases jump at the change of gait and fluctuate more before it (Diedrich and Warren, J. Exp. Psychol.: Human Percept. Perform. 21, 1995). \
              Variation: standard deviation over mean. Clearance: height of the sole’s lowest point as a leg swings past the other. \
              Means of right and left."

@@ -8,21 +8,29 @@ use crate::recorded::RecordedExperiment;
 use crate::source::{Commands, Source};
 
 impl Page {
-    /// Which claims are judged by runs that are not on the page.
+    /// Which claims are judged by runs that are not measured for the page.
     pub(super) fn recorded(&mut self, judged: &[Judged], recorded: &[RecordedExperiment]) {
         let used = |r: &&RecordedExperiment| {
             let mut findings = judged.iter().map(|j| &j.own);
             findings.any(|f| f.recorded && f.experiment == r.name)
         };
-        for r in recorded.iter().filter(used) {
+        let used: Vec<&RecordedExperiment> = recorded.iter().filter(used).collect();
+        if used.is_empty() {
+            return;
+        }
+        self.push(
+            "<p class=\"quiet\">Claims marked <i>recorded</i> are judged by runs that were measured earlier. The figures over all \
+             controllers show them, too.</p>\n<ul class=\"quiet\">\n",
+        );
+        for r in used {
             self.write(format_args!(
-                "<p class=\"quiet\">Claims marked <i>recorded</i> that are about <b>{}</b> are judged by runs that were measured \
-                 earlier: {}, {}.</p>\n",
+                "<li><b>{}</b>, {}: {}</li>\n",
                 Escaped(&r.name),
                 numbered(&r.seeds),
                 Prose(&r.runs)
             ));
         }
+        self.push("</ul>\n");
     }
 
     /// One row for each claim; in columns what its own experiment says, if any was measured, and every method beside it.

@@ -216,12 +216,16 @@ impl Page {
             let mut rows = Vec::new();
             for name in by_sensitivity(study, omega_v) {
                 let own = || found.iter().filter(|r| r.observation == name);
-                let mut row = vec![format!("<code>{name}</code>")];
+                let (words, unit) = observation(name);
+                let mut row = vec![words.to_owned()];
                 row.extend(levels.iter().map(|level| {
                     let tried = own().find(|r| r.level == *level);
                     tried.map_or_else(|| "–".to_owned(), |r| rate(r.successes, r.trials))
                 }));
-                row.push(short(own().next().map_or(0.0, |r| r.deviation / r.level)));
+                row.push(format!(
+                    "{} {unit}",
+                    short(own().next().map_or(0.0, |r| r.deviation / r.level))
+                ));
                 rows.push(row);
             }
             self.table(&columns, &rows);
@@ -298,7 +302,7 @@ impl Page {
                     several(&[usual.backward, usual.forward]),
                     several(&[rounding.central, narrow.central, wide.central]),
                     multiplier(map.held),
-                    multiplier(map.decay),
+                    short_or_dash(map.decay),
                     short(map.residual),
                 ]
             })
@@ -309,8 +313,8 @@ impl Page {
              passes the left; the controller acts every millisecond here, for a stride need not be a whole number of control periods, but in \
              one column, where its commands are held for such a period, which begins at the section. Central differences 10<sup>−4</sup> m, \
              rad, m/s and rad/s wide, and for comparison others: where contact begins or slips the map has a kink, and the two sides differ; \
-             at 10<sup>−6</sup> the networks’ rounding shows. The deviation is of a millimetre, a millirad, a millimetre or a millirad per \
-             second; the last column is 0 at a fixed point.</p>\n",
+             at 10<sup>−6</sup> the networks’ rounding shows. The deviation is of a millimetre, a millirad, a millimetre per second or a \
+             millirad per second (– where it shrinks too fast to be measured); the last column is 0 at a fixed point.</p>\n",
         );
     }
 
@@ -398,6 +402,21 @@ impl Page {
             })
             .collect();
         self.table(&columns, &rows);
+    }
+}
+
+/// An observation in words, with its unit.
+fn observation(name: &str) -> (&str, &str) {
+    match name {
+        "x_velocity_m_per_s" => ("forward speed ẋ", "m/s"),
+        "theta_rad" => ("pitch θ", "rad"),
+        "theta_velocity_rad_per_s" => ("pitch rate θ̇", "rad/s"),
+        "h_m" => ("thigh along the leg h", "m"),
+        "h_velocity_m_per_s" => ("its rate ḣ", "m/s"),
+        "phi_rad" => ("hip angle φ", "rad"),
+        "phi_velocity_rad_per_s" => ("hip rate φ̇", "rad/s"),
+        "d_velocity_m_per_s" => ("rate of the compression ḋ", "m/s"),
+        other => (other, ""),
     }
 }
 

@@ -6,7 +6,8 @@ use std::fmt::Write;
 
 /// A number to three figures.
 pub(super) fn short(value: f64) -> String {
-    let value = value + 0.0;
+    // What is left of differences that would be 0 in exact arithmetic.
+    let value = if value.abs() < 1e-12 { 0.0 } else { value };
     let size = value.abs();
     let decimals = if size >= 100.0 {
         0

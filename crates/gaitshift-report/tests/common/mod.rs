@@ -3,7 +3,7 @@
 
 pub mod studies;
 
-use gaitshift_report::{Plan, Subject, Work, write_report};
+use gaitshift_report::{Plan, RecordedExperiment, Subject, Work, write_report};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -52,8 +52,16 @@ pub fn quiet(threads: usize) -> Work<'static> {
 
 /// Every file of a report by its path.
 pub fn written(subjects: &mut [Subject]) -> BTreeMap<String, Vec<u8>> {
+    written_with(subjects, &[])
+}
+
+/// The same beside what is recorded.
+pub fn written_with(
+    subjects: &mut [Subject],
+    recorded: &[RecordedExperiment],
+) -> BTreeMap<String, Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();
-    let paths = write_report(subjects, &[], &tiny(), folder.path(), &quiet(2)).unwrap();
+    let paths = write_report(subjects, recorded, &tiny(), folder.path(), &quiet(2)).unwrap();
     assert_eq!(paths[0], folder.path().join("report.html"));
     let all = files(folder.path());
     assert_eq!(paths.len(), all.len());
