@@ -1,7 +1,7 @@
 """Records what runs were found to do, so that `gaitshift reproduce --quick` judges and shows them without training.
 
     gaitshift report --quick controllers/journal/* --out out/journal
-    python experiments/full_runs/recorded.py out/journal/report.json --experiment journal --runs "an update for every step" \
+    python experiments/full_runs/recorded.py out/journal/report.json --experiment journal --runs "one update per step" \
         --into crates/gaitshift-report/recorded
 
 Of each claim about the experiment the value of each seed is kept, and verdicts are computed anew from them (claims.json); of each

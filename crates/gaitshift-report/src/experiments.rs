@@ -14,9 +14,9 @@ const FAST_LEARNER: &str = include_str!("../experiments/fast_learner.toml");
 /// How the experiments of the study learn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StudyLearner {
-    /// As the papers have it: one environment, an update for every step.
+    /// As the papers have it: one environment, one update per step.
     Papers,
-    /// As `fast` does: 32 environments, an update for 16 steps, critics with layer normalisation, returns of three steps, mirrored
+    /// As `fast` does: 32 environments, one update per 16 steps, critics with layer normalisation, 3-step returns, mirrored
     /// batches instead of (7). Reward (2) to (6), α, γ, commands and phases are still the papers'.
     Fast,
 }

@@ -235,7 +235,7 @@ fn few_updates(studies: &[Study]) -> Option<String> {
     let p = &study.provenance;
     let steps = p.environment_steps as f64 / p.updates.max(1) as f64;
     Some(format!(
-        "The papers update the networks at every step. Not all runs below do: that of {}, for example, has an update for {steps:.0} steps. \
+        "The papers update the networks at every step. Not all runs below do: that of {}, for example, has one update per {steps:.0} steps. \
          Steps and updates of each run are in the table of controllers.",
         study.name
     ))

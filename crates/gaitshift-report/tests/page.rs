@@ -51,7 +51,7 @@ fn seeds_of_one_experiment_stand_together_on_a_page_that_fetches_nothing() {
         "{walks}"
     );
     // The paper's run learned from fewer updates than the paper's.
-    assert!(page.contains("that of paper, seed 3, for example, has an update for 16 steps"));
+    assert!(page.contains("that of paper, seed 3, for example, has one update per 16 steps"));
     // The method that no claim is about is unfolded, the paper's repetition is not.
     assert!(
         page.contains("<details open>\n<summary><b>an")

@@ -327,8 +327,8 @@ pub struct ReproduceArguments {
     #[arg(long, conflicts_with_all = ["dry_run", "jobs", "learner"])]
     pub quick: bool,
 
-    /// How the experiments learn: as in the papers (an update for every step), or as the recipe `fast` does (an update for
-    /// 16 steps of 32 environments, mirrored batches); reward, α, γ, commands and phases are the papers' either way
+    /// How the experiments learn: as in the papers (one update per step), or as the recipe `fast` does (one update
+    /// per 16 steps of 32 environments, mirrored batches); reward, α, γ, commands and phases are the papers' either way
     #[arg(long, value_enum, value_name = "NAME", default_value = "papers")]
     pub learner: LearnerName,
 

@@ -212,7 +212,7 @@ pub enum ExportFormat {
     },
     /// A folder for a model hub: a controller, its model card (README.md), its ONNX file and its MJCF body
     ///
-    /// The card describes the gaits, measured now by the criteria of the controller's run (or the paper's),
+    /// The card describes the gaits, measured now by the criteria of the controller's run (or the default 39),
     /// how the controller was trained, and its body.
     Hub {
         /// Which controller.
