@@ -91,15 +91,14 @@ fn foot_inverse_weight(p: &BodyParameters) -> f64 {
     (across + 1.0 / p.foot_mass_kg) / 3.0
 }
 
-/// The attributes of a delay, which MuJoCo keeps in a buffer of as many commands as steps.
-fn delay(latency_s: f64, step_s: f64) -> String {
-    let steps = (latency_s / step_s).round();
-    if steps == 0.0 {
+/// The attributes of a delay of some steps, which MuJoCo keeps in a buffer of as many commands.
+fn delay(steps: u32, step_s: f64) -> String {
+    if steps == 0 {
         return String::new();
     }
     format!(
         r#" delay="{:?}" nsample="{steps}" interp="zoh""#,
-        steps * step_s
+        f64::from(steps) * step_s
     )
 }
 
@@ -156,7 +155,7 @@ pub fn mjcf(
             motors,
             "\n    <motor name=\"{side}\" joint=\"{side}_h\" gear=\"{:?}\" ctrlrange=\"-1 1\"{}/>",
             factor * p.actuator_force_n,
-            delay(disturbance.latency_s, p.time_step_s)
+            delay(disturbance.latency_steps(p.time_step_s), p.time_step_s)
         );
     }
     let sensors: String = SENSORS

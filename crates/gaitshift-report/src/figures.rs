@@ -40,6 +40,8 @@ pub(crate) fn of_all(studies: &[&Study]) -> Result<Vec<Shown>, ReportError> {
     for method in &ablations::METHODS {
         let mut own = studies.to_vec();
         own.retain(|s| method_of(&s.group) == Some(method.name));
+        // The method first.
+        own.sort_by_key(|s| s.group != method.name);
         shown.extend(method.over_commands(&own)?);
         shown.extend(method.over_steps(&own)?);
     }

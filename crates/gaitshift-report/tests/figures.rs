@@ -2,8 +2,8 @@
 //! figures mark falls, fit a journal's columns and are one series for each experiment; captions say what was measured.
 
 mod common;
-use common::{run, text, written, written_with};
 use common::studies::study;
+use common::{run, text, written, written_with};
 use gaitshift_report::{RecordedExperiment, Subject};
 use std::collections::BTreeMap;
 

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Disturbance {
-    /// Delay from the controller's command to the actuator's force, in s, rounded to whole integration steps. Until the
+    /// Delay from the controller's command to the actuator's force, in s, rounded to whole integration steps; any but 0 is at least one. Until the
     /// first command arrives actuators are without force.
     pub latency_s: f64,
     /// Share of its force that the right and the left actuator still have.
@@ -54,7 +54,7 @@ pub struct Push {
     pub up_n: f64,
     /// When it begins, in s since the motion began; rounded to whole integration steps.
     pub start_s: f64,
-    /// How long it lasts, in s.
+    /// How long it lasts, in s; rounded to whole integration steps, at least one.
     pub duration_s: f64,
     /// Phase of the stride at which it begins, in \[0, 1): then `start_s` says from when on the right foot's next touchdown,
     /// which is phase 0, is waited for.
@@ -75,6 +75,14 @@ impl Default for Push {
 }
 
 impl Disturbance {
+    /// The integration steps of a body by which commands are late.
+    pub fn latency_steps(&self, time_step_s: f64) -> u32 {
+        if self.latency_s == 0.0 {
+            return 0;
+        }
+        whole_steps(self.latency_s, time_step_s).max(1) as u32
+    }
+
     /// Whether it changes nothing.
     pub fn is_none(&self) -> bool {
         self.terrain.is_flat() && !self.acts()
@@ -147,6 +155,10 @@ impl Disturbance {
     }
 }
 
+fn whole_steps(time_s: f64, time_step_s: f64) -> u64 {
+    (time_s / time_step_s).round() as u64
+}
+
 /// Most integration steps of a motion that is read: far more than any has, far less than can be counted.
 const MOST_STEPS: u64 = 1 << 52;
 
@@ -172,16 +184,19 @@ impl Disturbed {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         // Another stream than that of the start, which the same seed draws.
         rng.jump();
-        let steps = |time_s: f64| (time_s / body.time_step_s).round() as u64;
+        let steps = |time_s: f64| whole_steps(time_s, body.time_step_s);
         let timed = disturbance.pushes.iter().filter(|p| p.phase.is_none());
         let pushes = timed.map(|p| {
             let start = steps(p.start_s);
-            ([p.forward_n, p.up_n], start..start + steps(p.duration_s))
+            (
+                [p.forward_n, p.up_n],
+                start..start + steps(p.duration_s).max(1),
+            )
         });
         Some(Self {
             conditions: Conditions::new(
                 body.clone(),
-                steps(disturbance.latency_s) as u32,
+                disturbance.latency_steps(body.time_step_s),
                 disturbance.noise,
                 &mut rng,
             ),

@@ -129,6 +129,30 @@ fn latency_shifts_commands_by_whole_steps() {
     }
 }
 
+// What is told as present acts: a latency below half a step was rounded to none.
+#[test]
+fn the_shortest_latency_and_push_last_one_step() {
+    let step_s = body().parameters().time_step_s;
+    let late = |latency_s| Disturbance {
+        latency_s,
+        ..Disturbance::default()
+    };
+    let shares = [0.0, 1e-9, 0.4, 1.4, 1.6].map(|steps| late(steps * step_s).latency_steps(step_s));
+    assert_eq!(shares, [0, 1, 1, 1, 2]);
+    let pushed = |duration_s| Disturbance {
+        pushes: vec![Push {
+            forward_n: 50.0,
+            start_s: 0.0,
+            duration_s,
+            ..Push::default()
+        }],
+        ..Disturbance::default()
+    };
+    let moved = |d: &Disturbance| flight(d, 2).state.positions();
+    assert_eq!(moved(&pushed(0.1 * step_s)), moved(&pushed(step_s)));
+    assert_ne!(moved(&pushed(step_s)), moved(&Disturbance::default()));
+}
+
 #[test]
 fn noise_has_its_size_and_is_repeated_by_its_seed() {
     let mut noise = SensorNoise::default();

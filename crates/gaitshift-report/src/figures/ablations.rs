@@ -57,7 +57,7 @@ impl Method {
         let part = group.strip_prefix(self.name).unwrap_or(group);
         let part = match part.trim_start_matches([',', ' ']) {
             "" => "the method",
-            part => part,
+            part => &part.replace("ω_v", "ω\u{1d65}"),
         };
         match seeds.len() {
             1 => format!("{part}, one seed"),
