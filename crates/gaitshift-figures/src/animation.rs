@@ -14,7 +14,7 @@ use crate::chart::{Axis, Panel};
 use crate::gif::Palette;
 use crate::ground::Ground;
 use crate::motion::{Motion, body_of};
-use crate::raster;
+use crate::raster::{self, Color};
 use crate::scenery::{self, HIP, WIDTH};
 use crate::style::{COMMAND, FAINT, QUIET, TEXT, side_ink};
 use crate::support;
@@ -121,7 +121,7 @@ pub fn animate(recording: &Recording, options: &AnimationOptions) -> Result<Vec<
     let scale = f64::from(options.width_px) / WIDTH;
     let draw = |frame: usize| {
         let time_s = scene.motion.first_s() + frame as f64 * frame_s;
-        raster::pixels(&scene.draw(time_s), scale)
+        raster::pixels(&scene.draw(time_s), scale, Color::WHITE)
     };
 
     // A sample of the frames decides on the colours of all, so that nothing flickers.

@@ -28,7 +28,7 @@ impl Figure {
                 allowed: "above 0 and at most 20",
             });
         }
-        let png = raster::pixels(&self.svg, scale)?
+        let png = raster::pixels(&self.svg, scale, raster::Color::WHITE)?
             .encode_png()
             .map_err(|cause| FigureError::Raster {
                 cause: cause.to_string(),

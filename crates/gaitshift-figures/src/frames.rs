@@ -2,7 +2,7 @@
 
 use gaitshift_analysis::recording::Recording;
 use gaitshift_body::{BodyParameters, BodyState};
-use resvg::tiny_skia::Pixmap;
+use resvg::tiny_skia::{Color, Pixmap};
 
 use crate::animation::{AnimationOptions, Scene, in_range};
 use crate::biped;
@@ -117,7 +117,7 @@ impl<'a> Frames<'a> {
 
     fn pixels(&self, index: usize) -> Result<Pixmap, FigureError> {
         let time_s = self.scene.first_s() + index as f64 * self.frame_s;
-        raster::pixels(&self.scene.draw(time_s), self.scale)
+        raster::pixels(&self.scene.draw(time_s), self.scale, Color::TRANSPARENT)
     }
 }
 
@@ -181,7 +181,7 @@ impl Snapshot<'_> {
             let value_style = TextStyle::new(17.0, TEXT).anchor(Anchor::End);
             canvas.text((x, 47.0), &value, value_style);
         }
-        let pixmap = raster::pixels(&canvas.finish(), width / WIDTH)?;
+        let pixmap = raster::pixels(&canvas.finish(), width / WIDTH, Color::TRANSPARENT)?;
         Ok(Picture::of(&pixmap))
     }
 }

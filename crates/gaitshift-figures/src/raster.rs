@@ -2,7 +2,8 @@
 
 use std::sync::{Arc, LazyLock};
 
-use resvg::tiny_skia::{Color, Pixmap, Transform};
+pub(crate) use resvg::tiny_skia::Color;
+use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{self, fontdb};
 
 use crate::FigureError;
@@ -21,8 +22,9 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
 /// Largest picture in pixels; 64 megapixels take 256 MB.
 const MOST_PIXELS: f64 = 64e6;
 
-/// Draws `svg` with `scale` pixels for each user unit.
-pub(crate) fn pixels(svg: &str, scale: f64) -> Result<Pixmap, FigureError> {
+/// Draws `svg` on `ground` with `scale` pixels for each user unit. On an opaque ground a last row or column that the picture covers
+/// in part is opaque, too.
+pub(crate) fn pixels(svg: &str, scale: f64, ground: Color) -> Result<Pixmap, FigureError> {
     let tree = parse(svg)?;
     let size = tree.size();
     let width = (f64::from(size.width()) * scale).round().max(1.0);
@@ -35,8 +37,7 @@ pub(crate) fn pixels(svg: &str, scale: f64) -> Result<Pixmap, FigureError> {
     let mut pixmap = pixmap.ok_or_else(|| FigureError::Raster {
         cause: format!("{width} by {height} pixels are too many; choose a smaller scale"),
     })?;
-    // A last row or column that the picture covers in part stays opaque.
-    pixmap.fill(Color::WHITE);
+    pixmap.fill(ground);
     let scale = scale as f32;
     resvg::render(
         &tree,
