@@ -1,5 +1,6 @@
 """Contract: experiments/full_runs/recorded.py keeps, of a page's claims about an experiment, one value for each seed, and
-refuses pages on which one of them was not measured; of its seeds the motions and the training; what is recorded of others stays."""
+refuses pages on which one of them was not measured; of its seeds the motions and the training; what is recorded of others
+stays."""
 
 import json
 
