@@ -448,7 +448,7 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks, y_title: 
         support::shade_panel(canvas, &panel, &chart.phases);
     }
     let dotted = Paint::stroke(TEXT, 0.9).dashed("1 2");
-    let places: Vec<Point> = points().map(|(x, y)| panel.place(x, y)).collect();
+    let mut places: Vec<Point> = points().map(|(x, y)| panel.place(x, y)).collect();
     for (level, word) in &chart.levels {
         let (_, y) = panel.place(panel.x.from, *level);
         canvas.line((area.left, y), (area.right(), y), dotted);
@@ -461,7 +461,10 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks, y_title: 
             .map(|share| area.left + share * (area.width - width))
             .flat_map(|left| [(left, y - 14.0), (left, y)])
             .collect();
-        level_word(canvas, area, word, width, &at, &places);
+        let (left, top) = level_word(canvas, area, word, width, &at, &places);
+        // The next word keeps clear of this one.
+        let middle = (0..=8).map(|k| (left + width * f64::from(k) / 8.0, top + 7.0));
+        places.extend(middle);
     }
     for (level, word) in &chart.x_levels {
         let x = panel.horizontal(*level);
@@ -527,8 +530,8 @@ fn draw(canvas: &mut Canvas, area: Rect, chart: &Chart, looks: &Looks, y_title: 
 /// Size of the word beside a level.
 const WORD: f64 = 9.0;
 
-/// A word at that of the places `at` (its left upper corner) where it hides the fewest points, the first of equals. No line of the
-/// grid runs through it.
+/// A word at that of the places `at` (its left upper corner) where it hides the fewest points, the first of equals; gives the place. No line
+/// of the grid runs through it.
 fn level_word(
     canvas: &mut Canvas,
     area: Rect,
@@ -536,7 +539,7 @@ fn level_word(
     width: f64,
     at: &[Point],
     points: &[Point],
-) {
+) -> Point {
     // Marks have a radius of 3; those on the line itself stay beside the word.
     let hidden = |left: f64, top: f64| {
         let covers = |p: &&Point| {
@@ -560,6 +563,7 @@ fn level_word(
     let ground = Rect::new(left + 2.0, top + 2.5, width - 4.0, 10.5);
     canvas.rect(ground, Paint::fill(WHITE));
     canvas.text((left + 4.0, top + 11.0), word, TextStyle::new(WORD, TEXT));
+    (left, top)
 }
 
 /// A bar made of parts.

@@ -25,7 +25,7 @@ impl Page {
         for r in used {
             self.write(format_args!(
                 "<li><b>{}</b>, {}: {}</li>\n",
-                Escaped(&r.name),
+                Prose(&r.name),
                 numbered(&r.seeds),
                 Prose(&r.runs)
             ));
