@@ -652,25 +652,23 @@ pub fn bars_figure(bars: &[Bar], quantity: &str, width: f64) -> Result<Figure, F
 
 /// Fills a part: no two of ten look alike, in grey either.
 fn part(canvas: &mut Canvas, rect: Rect, index: usize) {
-    /// Colour and, where it is hatched, the distance of the lines, which are pale on the dark one.
-    const FILLS: [(u32, f64); 10] = [
-        (0x0072b2, 0.0),
-        (0xf0d9a0, 0.0),
-        (0xe0894a, 4.0),
-        (0xffffff, 0.0),
-        (0x3d3d3d, 0.0),
-        (0xb8dcf0, 5.0),
-        (0x009e73, 4.0),
-        (0xcc79a7, 2.2),
-        (0xffffff, 3.0),
-        (0xa6a6a6, 0.0),
+    /// Colour and, where it is hatched, the distance of the lines and their colour.
+    const FILLS: [(u32, f64, Ink); 10] = [
+        (0x0072b2, 0.0, TEXT),
+        (0xf0d9a0, 0.0, TEXT),
+        (0xe0894a, 4.0, TEXT),
+        (0xffffff, 0.0, TEXT),
+        (0x3d3d3d, 0.0, TEXT),
+        (0xb8dcf0, 5.0, TEXT),
+        (0x009e73, 4.0, WHITE),
+        (0xcc79a7, 2.2, TEXT),
+        (0xffffff, 3.0, TEXT),
+        (0xa6a6a6, 0.0, TEXT),
     ];
-    let (fill, hatch) = FILLS[index % FILLS.len()];
+    let (fill, hatch, lines) = FILLS[index % FILLS.len()];
     canvas.rect(rect, Paint::fill(Ink::hex(fill)));
     if hatch > 0.0 && rect.width > 0.5 {
-        let pale = fill == 0x009e73;
-        let ink = if pale { WHITE } else { TEXT };
-        canvas.hatch(rect, ink.opacity(0.75), hatch);
+        canvas.hatch(rect, lines.opacity(0.75), hatch);
     }
     canvas.rect(rect, Paint::stroke(TEXT, 0.6));
 }

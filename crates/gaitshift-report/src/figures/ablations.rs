@@ -1,9 +1,10 @@
 //! A method beside what leaves out a part of it: the gaits over the range of the command, and the course of the training.
 
 use super::Shown;
-use super::panels::{FROUDE, OMEGA_V, Panel, SHARE_OF_TIME, falls_of, froude, omega_v, points};
-use super::panels::{HUMAN_TRANSITION, named_rows, steady_table};
-use super::seeds::{OVER_SEEDS, over_seeds};
+use super::panels::{
+    FROUDE, HUMAN_TRANSITION, OMEGA_V, Panel, SHARE_OF_TIME, froude, named_rows, steady_table,
+};
+use super::seeds::{OVER_SEEDS, over_commands, over_seeds};
 use crate::group::by_group;
 use crate::study::Study;
 use crate::table::{Table, cell};
@@ -82,11 +83,9 @@ impl Method {
         ];
         let experiments = by_group(studies);
         let charts = PANELS.map(|panel| {
-            let series = experiments.iter().map(|seeds| {
-                let runs = seeds.iter();
-                let runs = runs.map(|s| points(&s.steady, omega_v, panel.of)).collect();
-                over_seeds(&self.label(seeds), runs).fell_at(falls_of(seeds))
-            });
+            let series = experiments
+                .iter()
+                .map(|seeds| over_commands(&panel, &self.label(seeds), seeds));
             panel.chart(OMEGA_V, series.collect())
         });
         let [name, title] = self.over_commands;

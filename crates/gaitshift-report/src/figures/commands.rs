@@ -2,10 +2,10 @@
 
 use super::Shown;
 use super::panels::{
-    FROUDE, HUMAN_RECOVERY, HUMAN_TRANSITION, OMEGA_V, Of, Panel, SHARE_OF_TIME, by_gait, falls_of,
-    froude, has_fallen, named_rows, omega_v, points, steady_table,
+    FROUDE, HUMAN_RECOVERY, HUMAN_TRANSITION, OMEGA_V, Of, Panel, SHARE_OF_TIME, by_gait, froude,
+    has_fallen, named_rows, points, steady_table,
 };
-use super::seeds::{Experiment, OVER_SEEDS, over_seeds};
+use super::seeds::{Experiment, OVER_SEEDS, over_commands, over_seeds};
 use crate::ReportError;
 use crate::headline::motions;
 use crate::study::{Steady, Study};
@@ -40,11 +40,7 @@ pub(super) fn sweep(studies: &[&Study]) -> Result<Shown, ReportError> {
     let charts = PANELS.map(|panel| {
         let mut series: Vec<Series> = experiments
             .iter()
-            .map(|experiment| {
-                let runs = experiment.seeds.iter();
-                let runs = runs.map(|s| points(&s.steady, omega_v, panel.of)).collect();
-                over_seeds(&experiment.label, runs).fell_at(falls_of(&experiment.seeds))
-            })
+            .map(|experiment| over_commands(&panel, &experiment.label, &experiment.seeds))
             .collect();
         series.push(Series::marks("the paper", panel.paper.to_vec()));
         panel.chart(OMEGA_V, series)

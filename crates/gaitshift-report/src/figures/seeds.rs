@@ -1,5 +1,6 @@
 //! The seeds of an experiment as one series: every seed thin, their mean thick, a band around it.
 
+use super::panels::{Panel, falls_of, omega_v, points};
 use crate::group::by_group;
 use crate::study::Study;
 use gaitshift_experiment::Estimate;
@@ -29,6 +30,13 @@ impl<'a> Experiment<'a> {
         };
         by_group(studies).into_iter().map(named).collect()
     }
+}
+
+/// What a panel shows of the steady motions of an experiment's seeds, over the range of the command.
+pub(super) fn over_commands(panel: &Panel, label: &str, seeds: &[&Study]) -> Series {
+    let runs = seeds.iter();
+    let runs = runs.map(|s| points(&s.steady, omega_v, panel.of)).collect();
+    over_seeds(label, runs).fell_at(falls_of(seeds))
 }
 
 /// Courses of several seeds over the same x as one series; that of a single seed as marks.
