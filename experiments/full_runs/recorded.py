@@ -4,9 +4,9 @@
     python experiments/full_runs/recorded.py out/journal/report.json --experiment journal --runs "one update per step" \
         --into crates/gaitshift-report/recorded
 
-Of each claim about the experiment the value of each seed is kept, and verdicts are computed anew from them (claims.json); of
-each seed what figures over several controllers draw, with four significant digits: its steady motions (motions.csv) and the
-course of its training (training.csv). Needs Python 3.11, nothing else.
+Of each claim about the experiment, or that it is set beside, the value of each seed is kept, and verdicts are computed anew from
+them (claims.json); of each seed what figures over several controllers draw, with four significant digits: its steady motions
+(motions.csv) and the course of its training (training.csv). Needs Python 3.11, nothing else.
 """
 
 from __future__ import annotations
@@ -34,13 +34,15 @@ def claims(report: dict[str, Any], experiment: str, runs: str) -> dict[str, Any]
     seeds = next((e["seeds"] for e in report["experiments"] if e["name"] == experiment), None)
     if seeds is None:
         raise SystemExit(f"no run of {experiment} is on the page")
-    own = [judged for judged in report["claims"] if judged["own"]["experiment"] == experiment]
-    if len(own) == 0:
-        raise SystemExit(f"no claim is about {experiment}")
-    unmeasured = [judged["claim"] for judged in own if judged["own"]["verdict"] == "not_measured"]
+    own = {judged["claim"]: judged["own"] for judged in report["claims"] if judged["own"]["experiment"] == experiment}
+    unmeasured = [claim for claim, finding in own.items() if finding["verdict"] == "not_measured"]
     if unmeasured:
         raise SystemExit(f"not measured: {unmeasured[0]}; make the page of runs' folders, with what it is compared with")
-    values = {judged["claim"]: judged["own"]["seeds"] for judged in own}
+    for judged in report["claims"]:
+        for finding in judged["beside"]:
+            if finding["experiment"] == experiment and finding["verdict"] != "not_measured":
+                own[judged["claim"]] = finding
+    values = {claim: finding["seeds"] for claim, finding in own.items()}
     return {"name": experiment, "runs": runs, "seeds": seeds, "claims": values}
 
 

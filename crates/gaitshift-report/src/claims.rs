@@ -171,12 +171,12 @@ impl Claim {
         self.found(experiment, values, told_anything)
     }
 
-    /// What runs of its experiment said when they were measured, if that is recorded.
-    fn recall(&self, recorded: &[RecordedExperiment]) -> Option<Finding> {
-        let values = recorded::values(recorded, self.experiment, self.claim)?;
+    /// What runs of an experiment said when they were measured, if that is recorded.
+    fn recall(&self, recorded: &[RecordedExperiment], experiment: &str) -> Option<Finding> {
+        let values = recorded::values(recorded, experiment, self.claim)?;
         Some(Finding {
             recorded: true,
-            ..self.found(self.experiment, Values(values.clone()), true)
+            ..self.found(experiment, Values(values.clone()), true)
         })
     }
 
@@ -367,7 +367,7 @@ fn claims() -> impl Iterator<Item = &'static Claim> {
     paper::CLAIMS.iter().chain(&journal::CLAIMS)
 }
 
-/// Every claim, what the seeds of its experiment say to it, and what those of every method beside it say. Of an experiment that is
+/// Every claim, what the seeds of its experiment say to it, and what those of every method beside it say. Of experiments that are
 /// not among the studies that is what is recorded.
 pub fn judge_claims(studies: &[&Study], recorded: &[RecordedExperiment]) -> Vec<Judged> {
     let of_group = |name: &str| -> Vec<&Study> {
@@ -375,26 +375,28 @@ pub fn judge_claims(studies: &[&Study], recorded: &[RecordedExperiment]) -> Vec<
         own.collect()
     };
     let mut others: Vec<&str> = Vec::new();
-    for study in studies {
-        let name = study.group.as_str();
+    let measured = studies.iter().map(|study| study.group.as_str());
+    for name in measured.chain(recorded.iter().map(|r| r.name.as_str())) {
         if !is_claimed(name) && !others.contains(&name) {
             others.push(name);
         }
     }
     let judged = |claim: &Claim| {
         let reference = claim.against.map(of_group).unwrap_or_default();
-        let finding = |name: &str, studies: &[&Study]| claim.judge(name, studies, &reference);
-        let studies = of_group(claim.experiment);
-        let recalled = studies.is_empty().then(|| claim.recall(recorded)).flatten();
-        let own = recalled.unwrap_or_else(|| finding(claim.experiment, &studies));
+        let finding = |name: &str, studies: &[&Study]| {
+            let recalled = studies.is_empty().then(|| claim.recall(recorded, name));
+            recalled
+                .flatten()
+                .unwrap_or_else(|| claim.judge(name, studies, &reference))
+        };
+        let own = finding(claim.experiment, &of_group(claim.experiment));
         let beside = others.iter().map(|&name| {
             // A method that leaves out nothing tells nothing about what is left out.
-            let told = if claim.is_of_ablation() {
-                Vec::new()
+            if claim.is_of_ablation() {
+                claim.judge(name, &[], &reference)
             } else {
-                of_group(name)
-            };
-            finding(name, &told)
+                finding(name, &of_group(name))
+            }
         });
         Judged {
             source: claim.source,

@@ -23,7 +23,7 @@ pub struct RecordedExperiment {
     pub runs: String,
     /// Their seeds.
     pub seeds: Vec<u64>,
-    /// One value per seed for each claim about it; nothing where a seed lacks what the claim is about.
+    /// One value per seed for each claim about it, or that it is set beside; nothing where a seed lacks what the claim is about.
     pub claims: BTreeMap<String, Vec<Option<f64>>>,
     /// Of each seed the steady motions, with what the figures over all controllers show of them, and the course of the training.
     /// All else is unknown.
@@ -129,7 +129,7 @@ impl Part {
     }
 }
 
-/// The values that are recorded for a claim about an experiment.
+/// The values that an experiment is recorded to have for a claim.
 pub(crate) fn values<'a>(
     recorded: &'a [RecordedExperiment],
     experiment: &str,

@@ -8,27 +8,37 @@ use crate::recorded::RecordedExperiment;
 use crate::source::{Commands, Source};
 
 impl Page {
-    /// Which claims are judged by runs that are not measured for the page.
+    /// Which findings are of runs that are not measured for the page. Experiments that learned alike stand together.
     pub(super) fn recorded(&mut self, judged: &[Judged], recorded: &[RecordedExperiment]) {
         let used = |r: &&RecordedExperiment| {
-            let mut findings = judged.iter().map(|j| &j.own);
+            let mut findings = judged.iter().flat_map(|j| j.beside.iter().chain([&j.own]));
             findings.any(|f| f.recorded && f.experiment == r.name)
         };
-        let used: Vec<&RecordedExperiment> = recorded.iter().filter(used).collect();
-        if used.is_empty() {
+        let mut alike: Vec<Vec<&RecordedExperiment>> = Vec::new();
+        for r in recorded.iter().filter(used) {
+            match alike.iter_mut().find(|of| of[0].runs == r.runs) {
+                Some(of) => of.push(r),
+                None => alike.push(vec![r]),
+            }
+        }
+        if alike.is_empty() {
             return;
         }
         self.push(
-            "<p class=\"quiet\">Claims marked <i>recorded</i> are judged by runs that were measured earlier. The figures over all \
+            "<p class=\"quiet\">What is marked <i>recorded</i> is of runs that were measured earlier. The figures over all \
              controllers show them, too.</p>\n<ul class=\"quiet\">\n",
         );
-        for r in used {
-            self.write(format_args!(
-                "<li><b>{}</b>, {}: {}</li>\n",
-                Prose(&r.name),
-                numbered(&r.seeds),
-                Prose(&r.runs)
-            ));
+        for of in alike {
+            self.push("<li>");
+            for (index, r) in of.iter().enumerate() {
+                let comma = if index > 0 { "; " } else { "" };
+                self.write(format_args!(
+                    "{comma}<b>{}</b>, {}",
+                    Prose(&r.name),
+                    numbered(&r.seeds)
+                ));
+            }
+            self.write(format_args!(": {}</li>\n", Prose(&of[0].runs)));
         }
         self.push("</ul>\n");
     }
