@@ -17,9 +17,10 @@ fn what_comes_with_the_program_is_what_training_wrote() {
             (provenance.experiment.as_str(), provenance.seed),
             (recipe, 1)
         );
-        let command =
-            format!("gaitshift train {recipe} --seed 1 --threads 1 --out runs/{recipe}-1");
-        assert_eq!(provenance.command, command);
+        assert_eq!(
+            provenance.command,
+            format!("gaitshift train {recipe} --threads 1")
+        );
         assert!(provenance.edits.is_empty());
         // What went wrong: the recipe was changed and kept its name, so the file named one that had not made it.
         if let Some(digest) = provenance.experiment_digest {
