@@ -11,7 +11,7 @@ pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
 }
 
 /// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
-const GONE: [(&str, &str, &str); 27] = [
+const GONE: [(&str, &str, &str); 26] = [
     (
         "schedule",
         "symmetry",
@@ -30,7 +30,6 @@ const GONE: [(&str, &str, &str); 27] = [
     ("energy_reference_period_s", "", NO_GAIN),
     ("noise_correlation", "", NO_GAIN),
     ("actor_every", "", NO_GAIN),
-    ("actor_average_decay", "", NO_GAIN),
     ("focus", "", NO_GAIN),
     ("focus_share", "", NO_GAIN),
     ("omega_e_floor", "", NO_GAIN),

@@ -27,10 +27,11 @@ pub(crate) fn rank(score: f64, criteria: usize, disturbed_survival: Option<f64>)
 }
 
 impl Training {
-    /// The policy that is judged and kept: that of the actor, or its mean with its mirror image where what was learned is
-    /// mirrored.
+    /// The policy that is judged and kept: the averaged one where there is one, and its mean with its mirror image where
+    /// what was learned is mirrored.
     fn policy(&self) -> Result<Policy, SacError> {
-        let policy = self.agent.policy();
+        let policy = self.agent.averaged_policy();
+        let policy = policy.unwrap_or_else(|| self.agent.policy());
         match self.agent.mirror() {
             Some(mirror) => policy.mean_with_mirror_image(mirror),
             None => Ok(policy),
