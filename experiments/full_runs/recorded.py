@@ -4,9 +4,9 @@
     python experiments/full_runs/recorded.py out/journal/report.json --experiment journal --runs "one update per step" \
         --into crates/gaitshift-report/recorded
 
-Of each claim about the experiment, or that it is set beside, the value of each seed is kept, and verdicts are computed anew from
-them (claims.json); of each seed what figures over several controllers draw, with four significant digits: its steady motions
-(motions.csv) and the course of its training (training.csv). Needs Python 3.11, nothing else.
+Of each claim about the experiment, or that it is set beside, the value of each seed is kept, and verdicts are computed anew
+from them (claims.json); of each seed what figures over several controllers draw, with four significant digits: its steady
+motions (motions.csv) and the course of its training (training.csv). Needs Python 3.11, nothing else.
 """
 
 from __future__ import annotations
