@@ -42,6 +42,8 @@ def claims(report: dict[str, Any], experiment: str, runs: str) -> dict[str, Any]
         for finding in judged["beside"]:
             if finding["experiment"] == experiment and finding["verdict"] != "not_measured":
                 own[judged["claim"]] = finding
+    if len(own) == 0:
+        raise SystemExit(f"no claim is about {experiment}, or measured beside it")
     values = {claim: finding["seeds"] for claim, finding in own.items()}
     return {"name": experiment, "runs": runs, "seeds": seeds, "claims": values}
 

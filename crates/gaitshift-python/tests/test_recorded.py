@@ -1,6 +1,7 @@
-"""Contract: experiments/full_runs/recorded.py keeps, of a page's claims about an experiment, one value for each seed, and
-refuses pages on which one of them was not measured; of its seeds the motions and the training; what is recorded of others
-stays."""
+"""Contract: experiments/full_runs/recorded.py keeps, of a page's claims about an experiment or beside it, one value for
+each seed, and refuses pages on which one of them was not measured; of its seeds the motions and the training; what is
+recorded of others stays.
+"""
 
 import json
 
@@ -29,6 +30,16 @@ def test_values_are_kept_by_claim(script):
         "seeds": [3, 5],
         "claims": {"walks": [1.0, None]},
     }
+
+
+def test_a_method_that_no_claim_is_about_is_kept_as_it_stands_beside_them(script):
+    of_fast = {"experiment": "fast", "seeds": [2.0], "verdict": "differs"}
+    unmeasured = {"experiment": "fast", "seeds": [], "verdict": "not_measured"}
+    one = claim("walks", "paper", [1.0, 1.0]) | {"beside": [of_fast]}
+    other = claim("falls", "paper, without phase I", [], "not_measured") | {"beside": [unmeasured]}
+    whole = page(one, other)
+    whole["experiments"].append({"name": "fast", "seeds": [7]})
+    assert script.claims(whole, "fast", "")["claims"] == {"walks": [2.0]}
 
 
 def test_what_was_not_measured_is_refused(script):
