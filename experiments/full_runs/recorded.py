@@ -38,13 +38,16 @@ def claims(report: dict[str, Any], experiment: str, runs: str) -> dict[str, Any]
     unmeasured = [claim for claim, finding in own.items() if finding["verdict"] == "not_measured"]
     if unmeasured:
         raise SystemExit(f"not measured: {unmeasured[0]}; make the page of runs' folders, with what it is compared with")
-    for judged in report["claims"]:
-        for finding in judged["beside"]:
-            if finding["experiment"] == experiment and finding["verdict"] != "not_measured":
-                own[judged["claim"]] = finding
-    if len(own) == 0:
+    beside = {
+        judged["claim"]: finding
+        for judged in report["claims"]
+        for finding in judged["beside"]
+        if finding["experiment"] == experiment and finding["verdict"] != "not_measured"
+    }
+    found = own or beside  # No experiment has both.
+    if len(found) == 0:
         raise SystemExit(f"no claim is about {experiment}, or measured beside it")
-    values = {claim: finding["seeds"] for claim, finding in own.items()}
+    values = {claim: finding["seeds"] for claim, finding in found.items()}
     return {"name": experiment, "runs": runs, "seeds": seeds, "claims": values}
 
 

@@ -383,20 +383,19 @@ pub fn judge_claims(studies: &[&Study], recorded: &[RecordedExperiment]) -> Vec<
     }
     let judged = |claim: &Claim| {
         let reference = claim.against.map(of_group).unwrap_or_default();
-        let finding = |name: &str, studies: &[&Study]| {
-            let recalled = studies.is_empty().then(|| claim.recall(recorded, name));
-            recalled
-                .flatten()
-                .unwrap_or_else(|| claim.judge(name, studies, &reference))
+        let finding = |name: &str, studies: &[&Study]| match claim.recall(recorded, name) {
+            Some(recalled) if studies.is_empty() => recalled,
+            _ => claim.judge(name, studies, &reference),
         };
         let own = finding(claim.experiment, &of_group(claim.experiment));
         let beside = others.iter().map(|&name| {
             // A method that leaves out nothing tells nothing about what is left out.
-            if claim.is_of_ablation() {
-                claim.judge(name, &[], &reference)
+            let told = if claim.is_of_ablation() {
+                Vec::new()
             } else {
-                finding(name, &of_group(name))
-            }
+                of_group(name)
+            };
+            finding(name, &told)
         });
         Judged {
             source: claim.source,
