@@ -9,8 +9,12 @@ With `--other`, a controller of another gait moves the body without noise, and f
 apart, the actor goes on: what the critics believe of the actor in that gait's states, what then comes, and what would come
 if the other went on.
 
+With `--course`, every policy that the run kept moves the body under one command, with its noise and without: what a step
+earns, what of it is the energy term, and the entropy bonus, beside the gait of the evaluation at that step.
+
     python experiments/open_choices/believed.py runs/paper-1
     python experiments/open_choices/believed.py runs/paper-1 --other shipped
+    python experiments/open_choices/believed.py runs/paper-1 --course 0
 
 The reward is that at the end of the run's last phase. Needs Python 3.11 and the Python package (`maturin develop`).
 """
@@ -44,40 +48,45 @@ def discounted(rewards: list[float], bonuses: list[float], gamma: float) -> np.n
     return follows
 
 
-class Agent:
-    """Actor and critics of a checkpoint."""
+def tensors_of(file: Path) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """The tensors of a safetensors file and its metadata."""
+    data = file.read_bytes()
+    (size,) = struct.unpack("<Q", data[:8])
+    header = json.loads(data[8 : 8 + size])
+    metadata = header.pop("__metadata__")
+    tensors = {}
+    for name, entry in header.items():
+        begin, end = entry["data_offsets"]
+        values = np.frombuffer(data, np.float32, (end - begin) // 4, 8 + size + begin)
+        tensors[name] = values.reshape(entry["shape"]).astype(float)
+    return tensors, metadata
 
-    def __init__(self, run: Path) -> None:
-        data = (run / "checkpoint" / "agent.safetensors").read_bytes()
-        (size,) = struct.unpack("<Q", data[:8])
-        header = json.loads(data[8 : 8 + size])
-        stored = json.loads(header.pop("__metadata__")["gaitshift-sac-agent"])
-        self.gamma = stored["config"]["gamma"]
-        self.alpha = stored["temperature"]["alpha"]
-        self.tensors = {}
-        for name, entry in header.items():
-            begin, end = entry["data_offsets"]
-            values = np.frombuffer(data, np.float32, (end - begin) // 4, 8 + size + begin)
-            self.tensors[name] = values.reshape(entry["shape"]).astype(float)
 
-    def _network(self, name: str, x: np.ndarray) -> np.ndarray:
-        t = self.tensors
-        layer = 0
-        while f"{name}.layers.{layer}.weight" in t:
-            at = f"{name}.layers.{layer}"
-            x = x @ t[f"{at}.weight"].T + t[f"{at}.bias"]
-            if f"{at}.norm.weight" in t:
-                x = (x - x.mean(-1, keepdims=True)) / np.sqrt(x.var(-1, keepdims=True) + 1e-5)
-                x = x * t[f"{at}.norm.weight"] + t[f"{at}.norm.bias"]
-            x = np.maximum(x, 0.0)
-            layer += 1
-        return x @ t[f"{name}.output.weight"].T + t[f"{name}.output.bias"]
+def network(tensors: dict[str, np.ndarray], name: str, x: np.ndarray) -> np.ndarray:
+    """The output of the network whose tensors begin with `name`."""
+    layer = 0
+    while f"{name}layers.{layer}.weight" in tensors:
+        at = f"{name}layers.{layer}"
+        x = x @ tensors[f"{at}.weight"].T + tensors[f"{at}.bias"]
+        if f"{at}.norm.weight" in tensors:
+            x = (x - x.mean(-1, keepdims=True)) / np.sqrt(x.var(-1, keepdims=True) + 1e-5)
+            x = x * tensors[f"{at}.norm.weight"] + tensors[f"{at}.norm.bias"]
+        x = np.maximum(x, 0.0)
+        layer += 1
+    return x @ tensors[f"{name}output.weight"].T + tensors[f"{name}output.bias"]
 
-    def act(self, observation: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, float]:
-        """A drawn action and its log-probability."""
-        mean, log_deviation = np.split(self._network("actor", observation), 2)
+
+class Policy:
+    """A policy with its noise, from the tensors of a controller or, with the prefix `actor.`, of a checkpoint."""
+
+    def __init__(self, tensors: dict[str, np.ndarray], name: str = "") -> None:
+        self.tensors, self.name = tensors, name
+
+    def act(self, observation: np.ndarray, rng: np.random.Generator, noisy: bool = True) -> tuple[np.ndarray, float]:
+        """A drawn action, or the mean one, and its log-probability."""
+        mean, log_deviation = np.split(network(self.tensors, self.name, observation), 2)
         log_deviation = np.clip(log_deviation, -5.0, 2.0)
-        noise = rng.standard_normal(len(mean))
+        noise = rng.standard_normal(len(mean)) if noisy else np.zeros(len(mean))
         u = mean + np.exp(log_deviation) * noise
         slope = 2.0 * (math.log(2.0) - u - np.logaddexp(0.0, -2.0 * u))
         log_probability = -0.5 * noise**2 - log_deviation - 0.5 * math.log(2.0 * math.pi) - slope
@@ -85,12 +94,24 @@ class Agent:
 
     def asymmetry(self, observation: np.ndarray) -> float:
         """The square of (7), from mean actions."""
-        actor = [np.tanh(self._network("actor", o)[:2]) for o in (observation, observation[MIRRORED_OBSERVATION])]
+        mirrored = observation[MIRRORED_OBSERVATION]
+        actor = [np.tanh(network(self.tensors, self.name, o)[:2]) for o in (observation, mirrored)]
         return float(np.sum((actor[0] - actor[1][MIRRORED_ACTION]) ** 2))
+
+
+class Agent(Policy):
+    """Actor and critics of a checkpoint."""
+
+    def __init__(self, run: Path) -> None:
+        tensors, metadata = tensors_of(run / "checkpoint" / "agent.safetensors")
+        super().__init__(tensors, "actor.")
+        stored = json.loads(metadata["gaitshift-sac-agent"])
+        self.gamma = stored["config"]["gamma"]
+        self.alpha = stored["temperature"]["alpha"]
 
     def believed(self, observations: list[np.ndarray], actions: list[np.ndarray]) -> np.ndarray:
         x = np.concatenate([np.array(observations), np.array(actions)], axis=1)
-        return np.minimum(self._network("critic_1", x), self._network("critic_2", x))[:, 0]
+        return np.minimum(network(self.tensors, "critic_1.", x), network(self.tensors, "critic_2.", x))[:, 0]
 
 
 class Run:
@@ -113,6 +134,10 @@ class Run:
     def common_factor(self, omega_v: float) -> float:
         return 1.0 / (1.0 + self.divisor * max(omega_v, 0.0))
 
+    def symmetry(self, policy: Policy, scaled: np.ndarray, omega_v: float) -> float:
+        """The symmetry term of a step, where the run has it in the reward."""
+        return -self.omega_s * policy.asymmetry(scaled) * self.common_factor(omega_v) if self.omega_s else 0.0
+
     def motion(self, omega_v: float, rng: np.random.Generator, **opening):
         """Scaled observations, actions, what follows each of them, and whether it fell, for the actor with its noise."""
         observation, _ = self.env.reset(seed=int(rng.integers(2**31)), options={"omega_v": omega_v, **opening})
@@ -121,16 +146,35 @@ class Run:
         while not ended:
             scaled = observation * gaitshift.OBSERVATION_SCALE
             action, log_probability = self.agent.act(scaled, rng)
-            symmetry = -self.omega_s * self.agent.asymmetry(scaled) if self.omega_s else 0.0
+            symmetry = self.symmetry(self.agent, scaled, omega_v)
             observation, reward, fell, truncated, _ = self.env.step(action)
             observations.append(scaled)
             actions.append(action)
-            rewards.append(reward + symmetry * self.common_factor(omega_v))
+            rewards.append(reward + symmetry)
             bonuses.append(-self.agent.alpha * log_probability)
             ended = fell or truncated
         follows = discounted(rewards, bonuses, self.agent.gamma)
         count = len(rewards) if fell else len(rewards) - self.tail
         return observations[:count], actions[:count], follows[:count], fell
+
+
+    def earned(self, policy: Policy, omega_v: float, motions: int, noisy: bool) -> tuple[np.ndarray, int]:
+        """Means over the steps of a policy's motions: reward, its energy term, entropy bonus. And how many motions fell."""
+        sums, steps, falls = np.zeros(3), 0, 0
+        for seed in range(motions):
+            rng = np.random.default_rng(seed)
+            observation, _ = self.env.reset(seed=seed, options={"omega_v": omega_v})
+            ended = False
+            while not ended:
+                scaled = observation * gaitshift.OBSERVATION_SCALE
+                action, log_probability = policy.act(scaled, rng, noisy)
+                symmetry = self.symmetry(policy, scaled, omega_v)
+                observation, reward, fell, truncated, info = self.env.step(action)
+                sums += [reward + symmetry, info["reward_energy"], -self.agent.alpha * log_probability]
+                steps += 1
+                falls += fell
+                ended = fell or truncated
+        return sums / steps, falls
 
 
 def own_motions(run: Run, motions: int) -> None:
@@ -184,15 +228,37 @@ def others_states(run: Run, other: str, motions: int) -> None:
             print(f"| {omega_v:g} | the other falls | | | |", flush=True)
 
 
+def course(run: Run, folder: Path, omega_v: float, motions: int) -> None:
+    lines = (folder / "evaluations.jsonl").read_text().splitlines()
+    rows = {e["step"]: min(e["rows"], key=lambda r: abs(r["omega_v"] - omega_v)) for e in map(json.loads, lines)}
+    print("| steps | gait, Fr | with noise: reward, energy term, entropy bonus, falls | without: reward, energy term, falls |")
+    print("| --- | --- | --- | --- |")
+    for file in sorted((folder / "controllers").glob("step-*.safetensors")):
+        step = int(file.stem.removeprefix("step-"))
+        policy = Policy(tensors_of(file)[0])
+        (reward, energy, bonus), falls = run.earned(policy, omega_v, motions, noisy=True)
+        (steady, least, _), steady_falls = run.earned(policy, omega_v, motions, noisy=False)
+        row = rows[step]
+        print(
+            f"| {step} | {row['gait']}, {row['froude'] or 0.0:.2f} | {reward:.3f}, {energy:+.3f}, {bonus:+.3f}, "
+            f"{falls} of {motions} | {steady:.3f}, {least:+.3f}, {steady_falls} of {motions} |",
+            flush=True,
+        )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("run", type=Path, help="a run's folder")
     parser.add_argument("--other", help="a controller file, `shipped` or `robust`")
+    parser.add_argument("--course", type=float, metavar="OMEGA_V", help="what every kept policy earns under this command")
     parser.add_argument("--motions", type=int, default=8, help="motions for each command")
     arguments = parser.parse_args()
     run = Run(arguments.run)
     gamma, alpha = run.agent.gamma, run.agent.alpha
     print(f"γ = {gamma:g}, α = {alpha:g}; a constant reward of 1 is worth {1 / (1 - gamma):.0f}\n")
+    if arguments.course is not None:
+        course(run, arguments.run, arguments.course, arguments.motions)
+        return
     own_motions(run, arguments.motions)
     if arguments.other:
         others_states(run, arguments.other, arguments.motions)

@@ -41,22 +41,22 @@ def test_the_discounted_sum_is_that_of_a_known_case(believed):
     assert follows.tolist() == [1 + 0.5 * (16 + 2 + 0.5 * (32 + 4)), 2 + 0.5 * (32 + 4), 4]
 
 
-def test_the_actor_is_the_runs_own(run, folder):
+def test_the_actor_is_the_runs_own(believed, run, folder):
     controller = gaitshift.Controller.load(folder / "controller-last.safetensors")
     rng = np.random.default_rng(0)
     for _ in range(20):
         observation = rng.normal(size=14)
-        mean, _ = np.split(run.agent._network("actor", observation * gaitshift.OBSERVATION_SCALE), 2)
+        mean, _ = np.split(believed.network(run.agent.tensors, "actor.", observation * gaitshift.OBSERVATION_SCALE), 2)
         expected, _ = controller.predict(observation, deterministic=True)
         np.testing.assert_allclose(np.tanh(mean), expected, atol=2e-6)
 
 
-def test_probabilities_are_those_of_the_squashed_gaussian(run):
+def test_probabilities_are_those_of_the_squashed_gaussian(believed, run):
     import torch
     from torch.distributions import Normal, TanhTransform, TransformedDistribution
 
     observation = np.random.default_rng(1).normal(size=14)
-    mean, log_deviation = np.split(run.agent._network("actor", observation), 2)
+    mean, log_deviation = np.split(believed.network(run.agent.tensors, "actor.", observation), 2)
     reference = TransformedDistribution(
         Normal(torch.tensor(mean), torch.tensor(np.exp(np.clip(log_deviation, -5.0, 2.0)))), TanhTransform()
     )
@@ -80,3 +80,18 @@ def test_what_is_believed_is_the_lower_of_both_critics(run):
         run.agent.tensors[f"{name}.output.weight"][:] = 0.0
         run.agent.tensors[f"{name}.output.bias"][:] = value
     assert run.agent.believed([np.zeros(14)] * 2, [np.zeros(2)] * 2).tolist() == [2.0, 2.0]
+
+
+def test_what_a_policy_earns_is_the_mean_reward_of_a_step(believed, run):
+    # The reward is 1 a step, and without an energy term nothing of it is energy.
+    (reward, energy, bonus), falls = run.earned(run.agent, 0.0, motions=2, noisy=True)
+    assert (reward, energy) == (1.0, 0.0)
+    assert bonus != 0.0 and 0 <= falls <= 2
+
+
+def test_the_course_has_a_line_for_every_policy_the_run_kept(believed, run, folder, capsys):
+    believed.course(run, folder, omega_v=0.0, motions=1)
+    rows = [line for line in capsys.readouterr().out.splitlines() if line[2].isdigit()]
+    kept = sorted(int(file.stem.removeprefix("step-")) for file in (folder / "controllers").glob("step-*.safetensors"))
+    assert kept and [int(row.split("|")[1]) for row in rows] == kept
+    assert all("1.000, +0.000" in row for row in rows)
