@@ -21,6 +21,7 @@
 pub mod cost;
 pub mod energy;
 pub mod feet;
+pub mod files;
 pub mod flow;
 pub mod gait;
 pub mod recent;
@@ -32,6 +33,7 @@ pub mod summary;
 pub mod support;
 pub mod transition;
 
+pub use files::write_whole;
 pub use gait::{GaitClass, GaitRule};
 pub use recent::{Recent, recent};
 pub use recording::{Recording, RecordingMetadata, Side, Window};

@@ -43,6 +43,8 @@ pub struct TransitionSummary {
     pub survived: bool,
     /// How long the whole recording lasts, s.
     pub survived_s: f64,
+    /// Why it ended, as [`GaitSummary::ended_by`].
+    pub ended_by: String,
     /// Time at which the command begins to change, s.
     pub ramp_start_s: f64,
     /// Time at which the command has changed, s.
@@ -128,6 +130,7 @@ pub fn summarise_transition(
     TransitionSummary {
         survived,
         survived_s: recording.duration_s(),
+        ended_by: recording.metadata.ended_by.clone(),
         ramp_start_s,
         ramp_end_s,
         gait_before,

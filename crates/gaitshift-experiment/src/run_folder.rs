@@ -131,6 +131,15 @@ impl RunFolder {
                 ));
             }
         }
+        // They would be taken for controllers of this run, and the walk be rehearsed.
+        for name in BEST.into_iter().chain(["controllers", REPORT]) {
+            if self.file(name).exists() {
+                return Err(TrainingError::other(
+                    &self.path,
+                    format!("already holds {name}, which is not of this run; give another --out"),
+                ));
+            }
+        }
         fs::create_dir_all(&self.path).map_err(io_error(&self.path))
     }
 
@@ -179,7 +188,9 @@ impl RunFolder {
         }
         Err(TrainingError::other(
             &self.path,
-            "is not a run's folder: it has no config.toml".to_owned(),
+            "is not a run's folder: it has no config.toml; give that of a run that \
+             `gaitshift train` began"
+                .to_owned(),
         ))
     }
 

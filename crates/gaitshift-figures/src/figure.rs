@@ -2,10 +2,10 @@
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use crate::FigureError;
 use crate::raster;
+use gaitshift_analysis::write_whole;
 
 /// A picture: SVG text that can also be written as PNG.
 #[derive(Clone, Debug)]
@@ -74,24 +74,13 @@ impl Figure {
             } else {
                 self.to_png(2.0)?
             };
-            replace(path, &content).map_err(|cause| FigureError::Write {
+            write_whole(path, &content).map_err(|cause| FigureError::Write {
                 path: path.clone(),
                 cause,
             })?;
         }
         Ok(paths)
     }
-}
-
-/// Writes a file beside the old one, whose place it then takes: whoever looks finds the old picture or the new one.
-fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".new");
-    let written = fs::write(&beside, content).and_then(|()| fs::rename(&beside, path));
-    if written.is_err() {
-        let _ = fs::remove_file(&beside);
-    }
-    written
 }
 
 /// User units, which are pixels of CSS, in a metre.

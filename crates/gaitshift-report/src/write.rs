@@ -220,7 +220,7 @@ impl Files<'_> {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(failed)?;
         }
-        std::fs::write(&path, bytes).map_err(failed)?;
+        gaitshift_analysis::write_whole(&path, bytes).map_err(failed)?;
         self.written.push(path);
         Ok(())
     }

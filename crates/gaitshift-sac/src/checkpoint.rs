@@ -161,7 +161,7 @@ impl<'a> Reader<'a> {
                 format!(
                     "its safetensors header cannot be read or does not match its length ({error})"
                 ),
-                "the file is truncated or of another program: use an earlier checkpoint",
+                "the file is truncated or of another program: restore it from a copy, or begin anew",
             )
         })?;
         let header = metadata
@@ -194,7 +194,7 @@ impl<'a> Reader<'a> {
         let tensors = SafeTensors::deserialize(bytes).map_err(|error| {
             reject(
                 error.to_string(),
-                "the file is truncated: use an earlier checkpoint",
+                "the file is truncated: restore it from a copy, or begin anew",
             )
         })?;
         Ok((
@@ -208,7 +208,8 @@ impl<'a> Reader<'a> {
     }
 
     fn reject(&self, cause: String) -> SacError {
-        let remedy = "the file was altered or is of another program: use an earlier checkpoint";
+        let remedy =
+            "the file was altered or is of another program: restore it from a copy, or begin anew";
         SacError::Format {
             kind: self.kind,
             path: self.path.to_owned(),

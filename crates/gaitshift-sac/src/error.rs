@@ -47,12 +47,15 @@ pub enum SacError {
         row: usize,
     },
     /// Nothing to learn from yet.
-    #[error("the replay buffer holds no valid transition: collect experience before updating")]
+    #[error(
+        "the replay buffer holds no valid transition: collect experience before updating; where that was done, none of its \
+         steps had a finite reward and state"
+    )]
     EmptyReplay,
     /// Learning diverged.
     #[error(
-        "update {update} diverged: {what} is {value}; lower the learning rate, scale the reward down or \
-         turn on layer normalisation, and restart from an earlier checkpoint"
+        "update {update} diverged: {what} is {value}; begin anew with a lower learning rate, smaller rewards or layer \
+         normalisation"
     )]
     Diverged {
         /// Number of the update.

@@ -303,7 +303,7 @@ fn divergence_is_an_error_that_says_so() {
     run(&mut healthy, &mut replay, &mut task, 20);
     let error = (0..50).find_map(|_| agent.update(&replay).err()).unwrap();
     assert!(matches!(error, SacError::Diverged { .. }), "{error}");
-    assert!(error.to_string().contains("lower the learning rate"));
+    assert!(error.to_string().contains("a lower learning rate"));
     let folder = tempfile::tempdir().unwrap();
     assert!(
         agent.save(&folder.path().join("diverged")).is_err(),

@@ -81,7 +81,7 @@ fn every_truncation() {
         .chain([bytes.len() - 1])
     {
         std::fs::write(&path, &bytes[..length]).unwrap();
-        refuse_agent(&path, "use an earlier checkpoint");
+        refuse_agent(&path, "restore it from a copy");
     }
     let bytes = std::fs::read(&files.replay).unwrap();
     for length in [0, 7, 8, 100, bytes.len() - 1] {

@@ -66,7 +66,11 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
             weights / 1_000_000
         ));
     }
-    let pace = steps_per_second(&experiment, MEASURED).map_err(Failure::run)?;
+    // What is wrong with the file is to be told all the same.
+    let pace = steps_per_second(&experiment, MEASURED).unwrap_or_else(|cause| {
+        output::note(&format!("the pace cannot be measured: {cause}"));
+        0.0
+    });
     // Of a run that is over before it can be measured nothing is known.
     let steps_per_s = (pace > 0.0).then_some(pace);
     let report = Report {

@@ -4,11 +4,12 @@ use crate::arguments::{CompareArguments, distinct, distinct_commands, distinct_p
 use crate::evaluate::{self, starts};
 use crate::failure::Failure;
 use crate::gaits::{self, Row};
-use crate::motion::Subject;
+use crate::motion::{Subject, load_controller};
 use crate::output;
 use crate::progress::{count, duration};
 use crate::spread::{self, Spread};
 use crate::sweep;
+use crate::unseen;
 use gaitshift_analysis::Recording;
 use gaitshift_experiment::{
     CommandProfile, Controller, Estimate, Evaluation, RunName, SweepTable, VariantSummary,
@@ -79,17 +80,25 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
         .collect::<Result<_, Failure>>()?;
     let commands = distinct_commands(&a.omega_v).map_err(Failure::input)?;
     let seeds = distinct(&a.seed).map_err(Failure::input)?;
+    let folder = a.print.folder(a.out.as_deref(), "out/compare");
+    if let Some(folder) = &folder {
+        output::create_folder(folder)?;
+    }
     let measured: Vec<(String, Vec<Row>)> = items
         .into_iter()
         .map(|(name, item)| Ok((name, measure(item, a, &commands, &seeds)?)))
         .collect::<Result<_, Failure>>()?;
+    unseen::note(measured.iter().flat_map(|(_, rows)| rows), None);
     let spreads: Option<Vec<Vec<Spread>>> =
         (seeds.len() > 1).then(|| measured.iter().map(|(_, rows)| spread::of(rows)).collect());
 
     let table = SweepTable::of_runs("of the runs", &folders).map_err(Failure::input)?;
     let mut files = Vec::new();
-    if let Some(folder) = a.print.folder(a.out.as_deref(), "out/compare") {
-        output::create_folder(&folder)?;
+    if let Some(folder) = folder {
+        // What a comparison of other runs left there.
+        for name in ["learning", "table"] {
+            output::remove_figure(&folder.join(name))?;
+        }
         let sweep: Vec<_> = measured
             .iter()
             .map(|(name, rows)| (name.as_str(), evaluate::points(rows)))
@@ -157,11 +166,7 @@ fn load(path: &Path, a: &CompareArguments) -> Result<Item, Failure> {
         }
         return Ok(Item::Recording(Box::new(recording)));
     }
-    let subject = Subject::new(
-        Controller::read(path).map_err(Failure::input)?,
-        name_of(path),
-        &a.changes,
-    )?;
+    let subject = Subject::new(load_controller(Some(path))?, name_of(path), &a.changes)?;
     Ok(Item::Controller(Box::new(subject)))
 }
 

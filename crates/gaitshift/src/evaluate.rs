@@ -6,10 +6,9 @@ use crate::gaits::{Row, describe, print_gaits, print_rows};
 use crate::motion::{Subject, read_profile, write_recording};
 use crate::output;
 use crate::spread::{self, Spread};
-use gaitshift_analysis::recording::ended_by;
+use crate::unseen;
 use gaitshift_experiment::{Check, CommandProfile, Controller, Criteria, Judgement, judge_from};
 use gaitshift_figures::{SweepPoint, SweepSeries, sweep_figure};
-use gaitshift_task::Disturbance;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -70,7 +69,7 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
         );
     }
     let (rows, files) = measure(&mut subject, arguments, &seeds)?;
-    warn(&rows, subject.disturbance());
+    unseen::note(rows.iter(), subject.disturbance());
     let spread = (seeds.len() > 1).then(|| spread::of(&rows));
     if arguments.print.json {
         return output::json(&Rows {
@@ -95,31 +94,6 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
         None => print_rows(&rows)?,
     }
     output::written(&files)
-}
-
-/// Says what the table would not show: simulations that diverged, and pushes that never came.
-fn warn(rows: &[Row], disturbance: Option<&Disturbance>) {
-    let diverged = rows
-        .iter()
-        .filter(|row| row.summary.ended_by == ended_by::DIVERGED);
-    match diverged.count() {
-        0 => {}
-        count => output::note(&format!(
-            "{count} of {} motions did not fall but diverged: `time_step_s` may be too large for the body's values",
-            rows.len()
-        )),
-    }
-    let longest_s = rows
-        .iter()
-        .fold(0.0, |longest: f64, row| longest.max(row.summary.survived_s));
-    for push in disturbance.iter().flat_map(|d| &d.pushes) {
-        if push.start_s >= longest_s {
-            output::note(&format!(
-                "the push at {} s never came: no motion lasts so long",
-                push.start_s
-            ));
-        }
-    }
 }
 
 /// Which part of the motions the figures describe. Of a short motion that is its second half, whatever was asked for.
@@ -172,6 +146,11 @@ fn measure(
     };
     if let Some(folder) = &arguments.out {
         output::create_folder(folder)?;
+        for (name, _) in &motions {
+            if let Some(profile) = &arguments.command_profile {
+                output::not_over(profile, &folder.join(format!("{name}.csv")))?;
+            }
+        }
     }
     let starts = starts(seeds);
     let mut rows = Vec::new();

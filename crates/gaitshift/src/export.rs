@@ -7,7 +7,7 @@ use crate::motion::{changed, load_controller};
 use crate::output;
 use gaitshift_analysis::Recording;
 use gaitshift_body::Body;
-use gaitshift_experiment::{Deterministic, judge};
+use gaitshift_experiment::{Controller, Deterministic, judge};
 use gaitshift_task::Disturbance;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -30,6 +30,9 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         }
         ExportFormat::Onnx { which, out } => {
             let controller = load_controller(which.controller.as_deref())?;
+            if let Some((file, out)) = which.controller.as_deref().zip(out.as_deref()) {
+                output::not_over(&Controller::file_of(file), out)?;
+            }
             let bytes = gaitshift_export::onnx(&controller).map_err(Failure::run)?;
             put_binary(&bytes, out.as_deref())
         }
@@ -51,11 +54,13 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             }
         }
         ExportFormat::Html { recording, out } => {
+            not_over_recording(recording, out.as_deref())?;
             let html = gaitshift_view::replay_html(&read(recording)?)
                 .map_err(|e| Failure::input(format!("{}: {e}", recording.display())))?;
             put(html.as_bytes(), out.as_deref())
         }
         ExportFormat::Npz { recording, out } => {
+            not_over_recording(recording, out.as_deref())?;
             let bytes = gaitshift_export::npz(&read(recording)?).map_err(Failure::run)?;
             put_binary(&bytes, out.as_deref())
         }
@@ -65,6 +70,8 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
 /// Writes a folder for a model hub.
 fn hub(path: Option<&Path>, licence: Option<&str>, out: &Path) -> Result<(), Failure> {
     const FILE: &str = "controller.safetensors";
+    // Better now than after the evaluation.
+    output::create_folder(out)?;
     let mut controller = load_controller(path)?;
     let (criteria, _) = criteria(None, path)?;
     let body = Body::new(controller.body.clone()).map_err(Failure::input)?;
@@ -82,13 +89,16 @@ fn hub(path: Option<&Path>, licence: Option<&str>, out: &Path) -> Result<(), Fai
         ),
         ("body.xml", mjcf.map_err(Failure::input)?.into_bytes()),
     ];
-    output::create_folder(out)?;
     for (name, bytes) in files {
         let path = out.join(name);
-        std::fs::write(&path, bytes).map_err(|cause| Failure::write(&path, &cause))?;
+        output::file(&path, &bytes)?;
         output::written(&[path])?;
     }
     Ok(())
+}
+
+fn not_over_recording(recording: &Path, out: Option<&Path>) -> Result<(), Failure> {
+    out.map_or(Ok(()), |out| output::not_over(recording, out))
 }
 
 fn read(path: &Path) -> Result<Recording, Failure> {
@@ -110,7 +120,7 @@ fn put(bytes: &[u8], out: Option<&Path>) -> Result<(), Failure> {
     match out {
         Some(path) => {
             output::create_folder_of(path)?;
-            std::fs::write(path, bytes).map_err(|cause| Failure::write(path, &cause))?;
+            output::file(path, bytes)?;
             output::written(&[path.to_owned()])
         }
         None => {

@@ -32,8 +32,12 @@ impl Failure {
 
     /// A file or folder that cannot be written.
     pub fn write(path: &Path, cause: &io::Error) -> Self {
+        let remedy = match cause.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "make room",
+            _ => "check the path and its permissions",
+        };
         Self::Run(format!(
-            "cannot write {}: {cause}; check the path and its permissions, or give another --out",
+            "cannot write {}: {cause}; {remedy}, or give another --out",
             path.display()
         ))
     }

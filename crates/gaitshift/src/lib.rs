@@ -28,6 +28,7 @@ mod stress;
 mod sweep;
 mod train;
 mod transition;
+mod unseen;
 mod view;
 
 use arguments::{Arguments, Command};

@@ -184,9 +184,12 @@ pub fn changed(
     let new = match &changes.body {
         Some(path) => {
             let new = load_body_overrides(path, body).map_err(Failure::input)?;
-            // The controller's period has to fit the integration step that the file may change.
-            task.validate(&new)
-                .map_err(|e| Failure::input(format!("{}: with this body {e}", path.display())))?;
+            // The controller's period has to fit the integration step that the file may change; with --set it is checked below.
+            if changes.set.is_empty() {
+                task.validate(&new).map_err(|e| {
+                    Failure::input(format!("{}: with this body {e}", path.display()))
+                })?;
+            }
             new
         }
         None => body.clone(),

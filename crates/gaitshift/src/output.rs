@@ -7,9 +7,13 @@ use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Prints a line on standard output.
+/// Prints a line on standard output. Once whoever reads has seen enough, as in `gaitshift evaluate | head -3`, nothing is printed, but
+/// what was begun goes on: files are written, and the exit code is that of the outcome.
 pub fn line(text: &str) -> Result<(), Failure> {
-    Ok(writeln!(io::stdout(), "{text}")?)
+    match writeln!(io::stdout(), "{text}") {
+        Err(cause) if cause.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        result => Ok(result?),
+    }
 }
 
 /// Widest line of text, as wide as a terminal usually is.
@@ -70,6 +74,37 @@ pub fn written(paths: &[PathBuf]) -> Result<(), Failure> {
         .try_for_each(|path| line(&format!("wrote {}", path.display())))
 }
 
+/// Refuses to write over what was read.
+pub fn not_over(read: &Path, written: &Path) -> Result<(), Failure> {
+    let same = |a: &Path, b: &Path| Some(a.canonicalize().ok()? == b.canonicalize().ok()?);
+    if same(read, written) == Some(true) {
+        return Err(Failure::input(format!(
+            "{} would be written over, but it is what is read; give another --out",
+            read.display()
+        )));
+    }
+    Ok(())
+}
+
+/// Writes a file; if that fails, as on a full disk, what was there before stays.
+pub fn file(path: &Path, content: &[u8]) -> Result<(), Failure> {
+    gaitshift_analysis::write_whole(path, content).map_err(|cause| Failure::write(path, &cause))
+}
+
+/// Removes a figure that an earlier call left, with its table, so that nobody takes it for one of this.
+pub fn remove_figure(path: &Path) -> Result<(), Failure> {
+    for ending in ["svg", "png", "md", "json"] {
+        let path = path.with_extension(ending);
+        match std::fs::remove_file(&path) {
+            Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
+                return Err(Failure::write(&path, &cause));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// Creates a folder for what a command writes.
 pub fn create_folder(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path).map_err(|cause| Failure::write(path, &cause))
@@ -100,6 +135,7 @@ pub fn figure_failure(error: FigureError) -> Failure {
             let flag = match name {
                 "fps" => "--fps",
                 "width_px" => "--width",
+                "slow_motion" => "--slow-motion",
                 other => other,
             };
             Failure::input(format!("{flag} is {value}, but must be {allowed}"))

@@ -243,5 +243,5 @@ pub fn write_animation(
     path: &Path,
 ) -> Result<(), Failure> {
     let gif = animate(recording, options).map_err(output::figure_failure)?;
-    std::fs::write(path, gif).map_err(|cause| Failure::write(path, &cause))
+    output::file(path, &gif)
 }

@@ -36,6 +36,12 @@ pub fn write(
     threads: usize,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<(), Failure> {
+    if folder.join("config.toml").exists() {
+        return Err(Failure::input(format!(
+            "{} is a run's folder, whose report.json says how the run ended; give another --out",
+            folder.display()
+        )));
+    }
     let began = Instant::now();
     let work = Work {
         threads,

@@ -36,6 +36,11 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
         Some(threads) => usize::from(threads),
         None => std::thread::available_parallelism().map_or(1, usize::from),
     };
+    // Better now than when all is measured.
+    let folder = a.print.folder(a.out.as_deref(), "out/stress");
+    if let Some(folder) = &folder {
+        output::create_folder(folder)?;
+    }
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(4));
     if let Ok(style) = ProgressStyle::with_template(
         "{bar:30.cyan/blue} {percent:>3} %  {pos} of {len} limits, {eta} left",
@@ -57,15 +62,14 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
     let result = result.map_err(Failure::run)?;
 
     let mut files = Vec::new();
-    if let Some(folder) = a.print.folder(a.out.as_deref(), "out/stress") {
-        output::create_folder(&folder)?;
+    if let Some(folder) = folder {
         let path = folder.join("stress.json");
         let json = Outcome {
             controller: &subject.name,
             stress: &result,
         };
         let text = serde_json::to_string_pretty(&json).map_err(Failure::run)?;
-        std::fs::write(&path, text + "\n").map_err(|cause| Failure::write(&path, &cause))?;
+        output::file(&path, (text + "\n").as_bytes())?;
         files.push(path);
         files.extend(write_figure(&result, &folder.join("stress"))?);
     }

@@ -51,10 +51,17 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     }
     let table = sweep.table(&folder).map_err(Failure::run)?;
     if table.trials.is_empty() {
-        return Err(Failure::input(format!(
-            "{}: no trial has been evaluated yet; run the sweep without --table first",
-            folder.display()
-        )));
+        let none = format!("{}: no trial has been evaluated yet", folder.display());
+        if arguments.table {
+            return Err(Failure::input(format!(
+                "{none}; run the sweep without --table first"
+            )));
+        }
+        output::note(&format!(
+            "{none}, so there is no table: of this part there may be none, or `training.evaluation_interval_steps` is \
+             longer than a run"
+        ));
+        return Ok(());
     }
     for file in write(&table, &folder)? {
         output::note(&format!("wrote {}", file.display()));
@@ -96,6 +103,9 @@ pub fn train(
     }
     match report.failed.len() {
         0 => Ok(()),
+        failed if failed == sweep.trials.len() => Err(Failure::run(format!(
+            "all {failed} trials failed, see above"
+        ))),
         failed => Err(Failure::run(format!(
             "{failed} of {} trials failed, see above; the others are finished, and with --table their table is written",
             sweep.trials.len()
@@ -222,7 +232,7 @@ pub fn write(table: &SweepTable, folder: &Path) -> Result<Vec<PathBuf>, Failure>
         ("table.json", json + "\n"),
     ] {
         let path = folder.join(name);
-        std::fs::write(&path, text).map_err(|e| Failure::write(&path, &e))?;
+        output::file(&path, text.as_bytes())?;
         files.push(path);
     }
     let figure = settings_figure(&settings(table), QUANTITY, criteria(table))

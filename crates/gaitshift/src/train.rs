@@ -106,11 +106,13 @@ fn train_seeds(
     if let Some(taken) = seeds
         .iter()
         .map(|&seed| folder(seed))
-        .find(|folder| folder.exists())
+        .find(|folder| !is_free(folder))
     {
         return Err(Failure::input(format!(
-            "{} is there already; leave its seed out of --seeds, or give another --out",
-            taken.display()
+            "{} is there already; go on with it by `gaitshift train --resume {}` if it is not finished, and leave its seed \
+             out of --seeds, or give another --out",
+            taken.display(),
+            quoted(&taken.to_string_lossy())
         )));
     }
     let mut outcomes: Vec<Outcome> = Vec::new();
@@ -134,6 +136,11 @@ fn train_seeds(
             break;
         }
     }
+    let begun = outcomes.len() + failed.len();
+    let left: Vec<String> = seeds[begun..].iter().map(u64::to_string).collect();
+    if !left.is_empty() {
+        output::note(&format!("not begun: the seeds {}", left.join(", ")));
+    }
     if arguments.print.json {
         let runs = outcomes.iter().map(Outcome::report).collect();
         let spread = Spread::of(&outcomes);
@@ -150,8 +157,17 @@ fn train_seeds(
         )));
     }
     match outcomes.last() {
+        _ if !left.is_empty() => Err(Failure::Interrupted),
         Some(last) => ended(interrupted, &last.report),
         None => Ok(()),
+    }
+}
+
+/// Whether a run can be begun in a folder: it is not there, or empty.
+fn is_free(folder: &Path) -> bool {
+    match std::fs::read_dir(folder) {
+        Ok(mut inside) => inside.next().is_none(),
+        Err(_) => !folder.exists(),
     }
 }
 

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::gaits;
 use crate::motion::{Subject, read_profile, write_recording};
 use crate::output::{self, number};
+use crate::unseen;
 use gaitshift_analysis::recording::{Recording, column};
 use gaitshift_analysis::{
     GaitChange, GaitClass, REST_S, TransitionOptions, TransitionSummary, changes_of_gait,
@@ -17,6 +18,8 @@ use std::path::{Path, PathBuf};
 
 /// What the figure shows before the ramp and after it, in s.
 const SHOWN_S: f64 = 2.5;
+/// Name of the recording in the folder.
+const RECORDING: &str = "recording.csv";
 
 /// A change of the command.
 #[derive(Debug)]
@@ -81,6 +84,13 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
     let mut subject = Subject::load(&a.subject)?;
     subject.start_at(a.seed);
     subject.disturb(a.disturbances.read()?);
+    let folder = a.print.folder(a.out.as_deref(), "out/transition");
+    if let Some(folder) = &folder {
+        output::create_folder(folder)?;
+        if let Some(profile) = &a.command_profile {
+            output::not_over(profile, &folder.join(RECORDING))?;
+        }
+    }
     let recording = subject.record(&change.profile, change.duration_s)?;
     let (start_s, end_s) = change.ramp;
     let options = TransitionOptions::default();
@@ -88,9 +98,12 @@ pub fn run(arguments: &TransitionArguments) -> Result<(), Failure> {
     let changes = changes_of_gait(&recording, &change.profile.changes_s(REST_S), &options);
 
     let mut files = Vec::new();
-    if let Some(folder) = a.print.folder(a.out.as_deref(), "out/transition") {
-        output::create_folder(&folder)?;
-        files.push(write_recording(&recording, &folder, "recording.csv")?);
+    unseen::note(
+        [gaits::describe(&recording, start_s)].iter(),
+        subject.disturbance(),
+    );
+    if let Some(folder) = folder {
+        files.push(write_recording(&recording, &folder, RECORDING)?);
         files.extend(write_figure(
             &recording,
             &change,

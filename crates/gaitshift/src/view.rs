@@ -22,6 +22,12 @@ pub fn run(arguments: &ViewArguments) -> Result<(), Failure> {
     let show = match &arguments.what {
         None => Show::Live(subjects(arguments)?),
         Some(path) if path.is_dir() => show_run(path)?,
+        Some(path) if Controller::read(path).is_ok() => {
+            return Err(Failure::input(format!(
+                "{} is a controller; move it with `gaitshift view --controller {0}`",
+                path.display()
+            )));
+        }
         Some(path) => {
             let recording = Recording::read_csv(path).map_err(Failure::input)?;
             let html = replay_html(&recording)

@@ -651,9 +651,72 @@ fn what_diverged_and_what_never_came_is_said() {
         let output = place.output(&format!("evaluate --omega-v 3 --duration-s 2 {options}"));
         String::from_utf8(output.stderr).unwrap()
     };
-    assert!(said("--set time_step_s=0.01").contains("1 of 1 motions did not fall but diverged"));
+    assert!(said("--set time_step_s=0.01").contains("1 of 1 motion did not fall but diverged"));
     assert!(said("--push 80@100").contains("the push at 100 s never came"));
     assert!(!said("--push 80@1").contains("never came"));
+    // Its phase of the stride comes after the end; and one that ends the motion came.
+    assert!(said("--push 80@1.9+0.9").contains("the push at 1.9 s never came"));
+    let ended = said("--push 1e6@1");
+    assert!(
+        ended.contains("diverged: the disturbance") && !ended.contains("never came"),
+        "{ended}"
+    );
+    let undefined = "task.reward.extra=[{name=\"u\",weight=1,expression=\"ln(1-time_s)\"}]";
+    assert!(
+        said(&format!("--set {undefined}")).contains("did not fall but ended because a reward")
+    );
+}
+
+// It was replaced by the recording, whose name is that of the help's example.
+#[test]
+fn a_profile_is_not_written_over() {
+    let place = Place::new();
+    let profile = "time_s,omega_v\n1,0\n2,3\n";
+    place.write("profile.csv", profile);
+    let words = &["profile.csv", "written over", "--out"];
+    place.refused("evaluate --command-profile profile.csv --out .", words);
+    place.write("recording.csv", profile);
+    place.refused(
+        "transition --command-profile recording.csv --out .",
+        words[1..].as_ref(),
+    );
+    assert_eq!(place.read("profile.csv"), profile.as_bytes());
+    assert_eq!(place.read("recording.csv"), profile.as_bytes());
+}
+
+// Each was checked as soon as it was read, so that neither could come first.
+#[test]
+fn values_that_depend_on_each_other_are_changed_together() {
+    let place = Place::new();
+    let (step, period) = (
+        "--set time_step_s=0.0003",
+        "--set task.control_period_s=0.0033",
+    );
+    let evaluate = "evaluate --omega-v 0 --duration-s 1 --json";
+    let row = place.json(&format!("{evaluate} {step} {period}"));
+    assert_eq!(row, place.json(&format!("{evaluate} {period} {step}")));
+    place.refused(
+        &format!("{evaluate} {period}"),
+        &["control_period_s", "time_step_s"],
+    );
+    place.write("step.toml", "time_step_s = 0.0003\n");
+    assert_eq!(
+        row,
+        place.json(&format!("{evaluate} --body step.toml {period}"))
+    );
+    place.refused(
+        &format!("{evaluate} --body step.toml"),
+        &["step.toml", "time_step_s"],
+    );
+}
+
+// It was measured, and then its recording could not be written.
+#[test]
+fn a_motion_without_gravity_is_recorded() {
+    let place = Place::new();
+    place.stdout("evaluate --omega-v 0 --duration-s 1 --set gravity_m_per_s2=0 --out out");
+    let rows = place.json("analyse out/omega_v_0.csv --json");
+    assert!(rows["rows"][0]["froude"].is_null(), "{rows}");
 }
 
 #[test]

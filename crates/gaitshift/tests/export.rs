@@ -120,6 +120,32 @@ fn what_cannot_be_exported_is_refused() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("file"));
 }
 
+#[test]
+fn what_is_read_is_not_written_over() {
+    let place = Place::new();
+    place.write_toy_recording("toy.csv");
+    let toy = place.read("toy.csv");
+    for format in ["npz", "html"] {
+        place.refused(
+            &format!("export {format} toy.csv -o toy.csv"),
+            &["toy.csv", "written over"],
+        );
+    }
+    assert_eq!(place.read("toy.csv"), toy);
+    // That of a recording is the recording.
+    place.stdout("export csv toy.csv -o toy.csv");
+    assert_eq!(place.read("toy.csv"), toy);
+    place.write(
+        "c.safetensors",
+        Controller::shipped().unwrap().to_bytes().unwrap(),
+    );
+    place.refused(
+        "export onnx --controller c.safetensors -o c.safetensors",
+        &["c.safetensors", "written over"],
+    );
+    Controller::read(&place.path("c.safetensors")).unwrap();
+}
+
 // Every other command made the folder of what it wrote.
 #[test]
 fn the_folder_is_made() {

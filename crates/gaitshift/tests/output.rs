@@ -26,6 +26,28 @@ fn a_closed_pipe_ends_the_program_quietly() {
     }
 }
 
+// With its reader gone, files were missing and the answer was always yes.
+#[test]
+fn what_was_begun_is_finished_without_a_reader() {
+    let place = Place::new();
+    let code = |arguments: &str| {
+        let mut child = place
+            .command(arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        child.wait().unwrap().code()
+    };
+    assert_eq!(
+        code("evaluate --omega-v 0 --duration-s 1 --out out"),
+        Some(0)
+    );
+    assert!(place.path("out/omega_v_0.csv").exists() && place.path("out/sweep.png").exists());
+    place.write("stand.toml", "omega_v = [0]\nduration_s = 1\nchanges = []\ngaits = [{ omega_v = 0, gait = \"running\" }]\n");
+    assert_eq!(code("evaluate --criteria stand.toml"), Some(1));
+}
+
 #[test]
 fn json_stands_alone_on_standard_output() {
     let place = Place::new();

@@ -147,7 +147,7 @@ fn options_out_of_range_are_refused() {
         ("--fps 0", "fps"),
         ("--fps 1000", "fps"),
         ("--width 1", "width"),
-        ("--slow-motion 0", "slow_motion"),
+        ("--slow-motion 0", "--slow-motion"),
         ("--poses 1 --strobe", "poses"),
         ("--stride-at-s 100", "--stride-at-s"),
         ("--strobe --out x.gif", ".svg"),

@@ -22,6 +22,18 @@ fn what_cannot_be_reported_on_is_one_error() {
 }
 
 /// A table with its cells by the names of its columns.
+// The page's numbers took the place of the run's own report.
+#[test]
+fn a_report_is_not_written_into_a_run() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("run")).unwrap();
+    place.write("run/config.toml", "");
+    place.refused(
+        "report shipped --quick --out run",
+        &["run", "report.json", "--out"],
+    );
+}
+
 fn table(place: &Place, name: &str) -> Vec<Value> {
     let table: Value = serde_json::from_slice(&place.read(name)).unwrap();
     let columns = table["columns"].as_array().unwrap();

@@ -218,6 +218,43 @@ fn a_bad_configuration_is_refused_before_anything_is_written() {
     assert!(!place.path("runs").exists());
 }
 
+// A controller that lay there was taken for the run's best, and a walk for the one to rehearse.
+#[test]
+fn a_folder_with_controllers_of_others_is_refused() {
+    let place = place_with_recipe();
+    for name in [
+        "controller.safetensors",
+        "controller-walk.safetensors",
+        "report.json",
+    ] {
+        std::fs::create_dir_all(place.path("there")).unwrap();
+        place.write(&format!("there/{name}"), "");
+        place.refused("train tiny.toml --out there", &["there", name, "--out"]);
+        std::fs::remove_dir_all(place.path("there")).unwrap();
+    }
+}
+
+// The base has been read by then: it was ignored, and written into `config.toml`.
+#[test]
+fn a_base_is_not_set() {
+    let place = place_with_recipe();
+    place.refused(
+        "train tiny.toml --set base=fast",
+        &["base", "as the experiment"],
+    );
+}
+
+// It said only that learning diverges.
+#[test]
+fn a_check_reports_where_the_pace_cannot_be_measured() {
+    let place = place_with_recipe();
+    let text = place.stdout("train --check tiny.toml --set learner.learning_rate=1e10");
+    assert!(
+        text.contains("probably") && text.contains("unknown time"),
+        "{text}"
+    );
+}
+
 #[test]
 fn what_cannot_be_resumed_is_refused() {
     let place = place_with_recipe();

@@ -160,3 +160,15 @@ fn a_seed_and_a_body_change_the_motion() {
         place.json(&format!("{transition} --body light.toml"))
     );
 }
+
+// A simulation that diverged could not be told from a fall.
+#[test]
+fn what_ended_the_motion_is_told() {
+    let place = Place::new();
+    let transition = "transition --start-s 1 --after-s 1 --json";
+    assert_eq!(place.json(transition)["ended_by"], "time limit");
+    let output = place.output(&format!("{transition} --set time_step_s=0.01"));
+    let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(value["ended_by"], "diverged");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("did not fall but diverged"));
+}

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::FORMAT_VERSION;
 use super::{COLUMNS, DETAILS, Recording, RecordingError, RecordingMetadata, RowError, is_extra};
+use crate::files::write_whole;
 
 const MAGIC: &str = "# gaitshift-recording ";
 
@@ -32,7 +33,7 @@ impl Recording {
             path: path.to_owned(),
             reason,
         })?;
-        std::fs::write(path, text).map_err(|source| RecordingError::Io {
+        write_whole(path, text.as_bytes()).map_err(|source| RecordingError::Io {
             path: path.to_owned(),
             action: "write",
             source,
@@ -212,9 +213,14 @@ fn check_metadata(metadata: &RecordingMetadata) -> Result<(), String> {
     let positive = [
         ("control_period_s", metadata.control_period_s),
         ("total_mass_kg", metadata.total_mass_kg),
-        ("gravity_m_per_s2", metadata.gravity_m_per_s2),
         ("leg_length_m", metadata.leg_length_m),
     ];
+    let gravity = metadata.gravity_m_per_s2;
+    if !(gravity.is_finite() && gravity >= 0.0) {
+        return Err(format!(
+            "`gravity_m_per_s2` is {gravity} and must be 0 or greater and finite"
+        ));
+    }
     match positive
         .iter()
         .find(|(_, value)| !(value.is_finite() && *value > 0.0))

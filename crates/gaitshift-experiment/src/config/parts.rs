@@ -15,11 +15,27 @@ impl Experiment {
     /// `body.friction=0.6`.
     ///
     /// # Errors
-    /// No `=`, an unknown key, a wrong type, a value out of range.
+    /// No `=`, an unknown key, a wrong type, a value out of range, `base`, which has been read already.
     pub fn with_values(&self, assignments: &[String]) -> Result<Self, ConfigError> {
-        assignments.iter().try_fold(self.clone(), |whole, text| {
-            whole.with_table(assignment(text, &[])?, &format!("`{text}`"))
-        })
+        if assignments.is_empty() {
+            return Ok(self.clone());
+        }
+        let mut whole = self.clone();
+        for text in assignments {
+            let (values, origin) = (assignment(text, &[])?, format!("`{text}`"));
+            if values.contains_key("base") {
+                return Err(ConfigError::Value {
+                    origin,
+                    message:
+                        "`base` belongs into a file; give that recipe or file as the experiment"
+                            .to_owned(),
+                });
+            }
+            whole = whole.overlaid(values, &origin)?;
+        }
+        // Only now: values that depend on each other may come one after the other.
+        whole.validate(&origin(assignments))?;
+        Ok(whole)
     }
 
     /// The experiment with the values of a table in the place of its own; `origin` names the table in errors.
@@ -31,14 +47,25 @@ impl Experiment {
         values: toml::Table,
         origin: &str,
     ) -> Result<Self, ConfigError> {
-        let mut table = self.table(origin)?;
-        overlay(&mut table, values).map_err(|e| parse_error(origin, &e))?;
-        let experiment: Self = table
-            .try_into()
-            .map_err(|e: toml::de::Error| parse_error(origin, &e.to_string()))?;
+        let experiment = self.overlaid(values, origin)?;
         experiment.validate(origin)?;
         Ok(experiment)
     }
+
+    /// As [`Experiment::with_table`], before anything is checked.
+    fn overlaid(&self, values: toml::Table, origin: &str) -> Result<Self, ConfigError> {
+        let mut table = self.table(origin)?;
+        overlay(&mut table, values).map_err(|e| parse_error(origin, &e))?;
+        table
+            .try_into()
+            .map_err(|e: toml::de::Error| parse_error(origin, &e.to_string()))
+    }
+}
+
+/// What errors of several assignments name.
+fn origin(assignments: &[String]) -> String {
+    let quoted: Vec<String> = assignments.iter().map(|text| format!("`{text}`")).collect();
+    quoted.join(", ")
 }
 
 impl Criteria {
@@ -169,6 +196,9 @@ pub fn set_body_and_task(
                 None => parse_error(&origin, &e.to_string()),
             }
         })?;
+    }
+    if !assignments.is_empty() {
+        let origin = origin(assignments);
         let source = both.body.validate();
         source.map_err(|source| ConfigError::Body {
             origin: origin.clone(),

@@ -227,9 +227,9 @@ fn drawn(keys: &[Key], random: Random) -> Result<Vec<Vec<Value>>, String> {
         });
         settings.push(fresh.ok_or_else(|| {
             format!(
-                "`random.settings` is {}, but `vary` has hardly more than {} different ones; leave `random` out to \
-                 run them all",
+                "`random.settings` is {}, but `vary` has hardly more than {} different ones; ask for {}",
                 random.settings,
+                settings.len(),
                 settings.len()
             )
         })?);

@@ -1,0 +1,57 @@
+//! What a table of motions does not show: which ended without a fall, and pushes that never came.
+
+use crate::gaits::Row;
+use crate::output;
+use gaitshift_analysis::recording::ended_by;
+use gaitshift_task::Disturbance;
+
+/// Says it on standard error.
+pub fn note<'a>(rows: impl Iterator<Item = &'a Row> + Clone, disturbance: Option<&Disturbance>) {
+    let all = rows.clone().count();
+    let ended = |by: &str| rows.clone().filter(|r| r.summary.ended_by == by).count();
+    let disturbed = disturbance.is_some_and(|d| *d != Disturbance::default());
+    let cause = if disturbed {
+        "the disturbance may be too great, or `time_step_s` too large for the body's values"
+    } else {
+        "`time_step_s` may be too large for the body's values"
+    };
+    for (by, what) in [
+        (ended_by::DIVERGED, format!("diverged: {cause}")),
+        (
+            ended_by::UNDEFINED,
+            "ended because a reward term or a rule of `extra` had no finite value".to_owned(),
+        ),
+    ] {
+        match ended(by) {
+            0 => {}
+            count => output::note(&format!(
+                "{count} of {all} {} did not fall but {what}",
+                if all == 1 { "motion" } else { "motions" }
+            )),
+        }
+    }
+    let came = rows.clone().map(pushes).max().unwrap_or(0);
+    let mut asked: Vec<f64> = disturbance
+        .iter()
+        .flat_map(|d| &d.pushes)
+        .map(|push| push.start_s)
+        .collect();
+    asked.sort_by(f64::total_cmp);
+    for start_s in asked.iter().skip(came) {
+        output::note(&format!(
+            "the push at {start_s} s never came: no motion lasts until its time, or its phase of the stride"
+        ));
+    }
+}
+
+/// How many pushes a motion got. One that ended it at once came.
+fn pushes(row: &Row) -> usize {
+    let s = &row.summary;
+    let came = |push: &serde_json::Value| {
+        let start_s = push["start_s"].as_f64().unwrap_or(0.0);
+        start_s < s.survived_s || start_s <= s.survived_s && s.ended_by != ended_by::TIME_LIMIT
+    };
+    let disturbance = row.disturbance.as_ref();
+    let pushes = disturbance.and_then(|d| d.get("pushes")?.as_array());
+    pushes.map_or(0, |pushes| pushes.iter().filter(|push| came(push)).count())
+}
