@@ -135,10 +135,12 @@ impl CommandProfile {
             .map_err(|e| error(e.to_string()))?;
         let header = reader.headers().map_err(|e| error(e.to_string()))?.clone();
         let column = |name: &str| {
-            header
-                .iter()
-                .position(|h| h == name)
-                .ok_or_else(|| error(format!("the header has no column `{name}`")))
+            let mut of_that_name = (0..header.len()).filter(|&k| header.get(k) == Some(name));
+            match (of_that_name.next(), of_that_name.next()) {
+                (Some(column), None) => Ok(column),
+                (Some(_), Some(_)) => Err(error(format!("the header has `{name}` twice"))),
+                (None, _) => Err(error(format!("the header has no column `{name}`"))),
+            }
         };
         let (time, omega_v) = (column("time_s")?, column("omega_v")?);
         let mut points: Vec<(f64, f64)> = Vec::new();

@@ -45,6 +45,7 @@ fn files_are_read_or_refused_with_their_line() {
         ("time_s,omega_v\n0,inf\n", "line 2"),
         ("time_s,omega_v\n0,1,2\n", "line"),
         ("time_s,omega_v\n", "no data"),
+        ("time_s,omega_v,time_s\n0,1,2\n", "twice"),
         ("", "time_s"),
     ] {
         let message = read(text).unwrap_err();

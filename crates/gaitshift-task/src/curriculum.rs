@@ -258,6 +258,12 @@ impl Curriculum {
                 p.steps,
                 "between 1 and 1e15",
             )?;
+            require(
+                self.phases[..i].iter().all(|before| before.name != p.name),
+                &key("name"),
+                format!("{:?} again", p.name),
+                "a name of its own, by which the phase can be changed",
+            )?;
             require(ordered(p.omega_v), &key("omega_v"), p.omega_v, range)?;
             if let Some(r) = p.omega_v_end {
                 require(ordered(r), &key("omega_v_end"), r, range)?;

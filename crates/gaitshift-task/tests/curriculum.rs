@@ -117,6 +117,17 @@ fn bad_values_are_named() {
         .unwrap_err();
     let error = error.to_string();
     assert!(error.contains("phases[0].learner.horizon"), "{error}");
+    // Only the first of two phases of a name could be changed by it.
+    c.phases[0].learner = Overrides::default();
+    c.phases.push(c.phases[0].clone());
+    let error = c
+        .validate(&BodyParameters::default(), &RewardParameters::default())
+        .unwrap_err();
+    let error = error.to_string();
+    assert!(
+        error.contains("].name") && error.contains("of its own"),
+        "{error}"
+    );
     let error = toml::from_str::<Overrides<LearnerSettings>>("gamma = 0.9").unwrap_err();
     assert!(error.message().contains("`horizon`"), "{error}");
     let error = toml::from_str::<Overrides<RewardParameters>>("omega_x = 1.0").unwrap_err();

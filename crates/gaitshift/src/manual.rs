@@ -6,7 +6,7 @@ use crate::output;
 use clap::CommandFactory;
 use clap_mangen::Man;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Runs the command.
 pub fn run(arguments: &ManualArguments) -> Result<(), Failure> {
@@ -17,11 +17,23 @@ pub fn run(arguments: &ManualArguments) -> Result<(), Failure> {
     };
     output::create_folder(folder)?;
     let mut files = vec![write(&program, folder, "gaitshift.1")?];
-    for command in program.get_subcommands().filter(|c| c.get_name() != "help") {
-        let name = format!("gaitshift-{}.1", command.get_name());
-        files.push(write(command, folder, &name)?);
-    }
+    write_all(&program, "gaitshift", folder, &mut files)?;
     output::written(&files)
+}
+
+/// The pages of a command's own commands, which it refers to.
+fn write_all(
+    of: &clap::Command,
+    within: &str,
+    folder: &Path,
+    files: &mut Vec<PathBuf>,
+) -> Result<(), Failure> {
+    for command in of.get_subcommands().filter(|c| c.get_name() != "help") {
+        let name = format!("{within}-{}", command.get_name());
+        files.push(write(command, folder, &format!("{name}.1"))?);
+        write_all(command, &name, folder, files)?;
+    }
+    Ok(())
 }
 
 fn page(command: &clap::Command) -> Result<Vec<u8>, Failure> {
@@ -32,12 +44,8 @@ fn page(command: &clap::Command) -> Result<Vec<u8>, Failure> {
     Ok(page)
 }
 
-fn write(
-    command: &clap::Command,
-    folder: &Path,
-    name: &str,
-) -> Result<std::path::PathBuf, Failure> {
+fn write(command: &clap::Command, folder: &Path, name: &str) -> Result<PathBuf, Failure> {
     let path = folder.join(name);
-    std::fs::write(&path, page(command)?).map_err(|e| Failure::write(&path, &e))?;
+    output::file(&path, &page(command)?)?;
     Ok(path)
 }

@@ -139,8 +139,8 @@ struct Expected {
 
 /// The runs of a sweep, and how long they would take.
 #[derive(Debug, Serialize)]
-struct Estimate<'a> {
-    folder: &'a Path,
+struct Estimate {
+    folder: String,
     variants: Vec<Expected>,
     jobs: usize,
     /// Of all runs together.
@@ -151,12 +151,12 @@ struct Estimate<'a> {
 
 /// What would be run and how long it would take, from the pace of the variants on this machine now; of many
 /// variants that of some tells the others'. Each variant is told as it is known.
-fn expect<'a>(
+fn expect(
     sweep: &Sweep,
     jobs: usize,
-    folder: &'a Path,
+    folder: &Path,
     tell: impl Fn(&Expected) -> Result<(), Failure>,
-) -> Result<Estimate<'a>, Failure> {
+) -> Result<Estimate, Failure> {
     let apart = sweep.variants.len().div_ceil(MOST_PACES);
     let (mut variants, mut rates) = (Vec::new(), Vec::new());
     for (index, variant) in sweep.variants.iter().enumerate() {
@@ -192,7 +192,7 @@ fn expect<'a>(
     }
     let training_s: f64 = variants.iter().map(|v| v.duration_s * v.seeds as f64).sum();
     Ok(Estimate {
-        folder,
+        folder: folder.display().to_string(),
         variants,
         jobs,
         training_s,

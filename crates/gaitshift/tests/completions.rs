@@ -56,6 +56,15 @@ fn the_manual_has_a_page_for_every_command() {
             "{page}"
         );
     }
+    // `gaitshift-export.1` refers to them.
+    for format in ["mjcf", "onnx", "hub", "csv", "html", "npz"] {
+        assert!(
+            place
+                .path(&format!("pages/gaitshift-export-{format}.1"))
+                .exists(),
+            "{format}"
+        );
+    }
     let train = String::from_utf8(place.read("pages/gaitshift-train.1")).unwrap();
     assert!(train.contains("stop\\-when\\-accepted"), "{train}");
 }

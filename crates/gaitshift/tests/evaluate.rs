@@ -710,6 +710,19 @@ fn values_that_depend_on_each_other_are_changed_together() {
     );
 }
 
+// The second line was dropped.
+#[test]
+fn a_value_is_one_line() {
+    let place = Place::new();
+    let output = place
+        .command("evaluate --omega-v 0 --duration-s 1")
+        .args(["--set", "friction=0.6\nfoot_mass_kg=9"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("friction"));
+}
+
 // It was measured, and then its recording could not be written.
 #[test]
 fn a_motion_without_gravity_is_recorded() {

@@ -43,6 +43,8 @@ pub(super) fn assignment(text: &str, tables: &[&str]) -> Result<toml::Table, Con
     let value = value.trim();
     let value = toml::from_str::<toml::Table>(&format!("value = {value}"))
         .ok()
+        // More than one line is no value.
+        .filter(|table| table.len() == 1)
         .and_then(|mut table| table.remove("value"))
         .unwrap_or_else(|| Value::String(value.to_owned()));
     let mut path = parts(key.trim());
