@@ -95,9 +95,11 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     let table = SweepTable::of_runs("of the runs", &folders).map_err(Failure::input)?;
     let mut files = Vec::new();
     if let Some(folder) = folder {
-        // What a comparison of other runs left there.
-        for name in ["learning", "table"] {
-            output::remove_figure(&folder.join(name))?;
+        // What a comparison of other runs left there, where the folder is this command's own.
+        if a.out.is_none() {
+            for name in ["learning", "table"] {
+                output::remove_picture(&folder.join(name))?;
+            }
         }
         let sweep: Vec<_> = measured
             .iter()

@@ -92,7 +92,7 @@ fn stride(
     arguments: &DemoArguments,
 ) -> Result<Vec<PathBuf>, Failure> {
     let path = arguments.out.join(name);
-    output::remove_figure(&path)?;
+    output::remove_picture(&path)?;
     match render::write_stride(recording, STRIDE_AT_S, POSES, &path) {
         Err(Failure::Input(_)) => {
             output::note(&format!(

@@ -91,9 +91,9 @@ pub fn file(path: &Path, content: &[u8]) -> Result<(), Failure> {
     gaitshift_analysis::write_whole(path, content).map_err(|cause| Failure::write(path, &cause))
 }
 
-/// Removes a figure that an earlier call left, with its table, so that nobody takes it for one of this.
-pub fn remove_figure(path: &Path) -> Result<(), Failure> {
-    for ending in ["svg", "png", "md", "json"] {
+/// Removes a picture that an earlier call left, so that nobody takes it for one of this.
+pub fn remove_picture(path: &Path) -> Result<(), Failure> {
+    for ending in ["svg", "png"] {
         let path = path.with_extension(ending);
         match std::fs::remove_file(&path) {
             Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
