@@ -56,6 +56,27 @@ fn a_sweep_leaves_runs_and_a_table_and_is_not_run_twice() {
     assert!(markdown.contains("| ice | 1 | 1 |"), "{markdown}");
 }
 
+// Everything was finished, and it ended as bad input, whose remedy was to run it.
+#[test]
+fn without_an_evaluation_there_is_no_table_and_no_error() {
+    let place = Place::new();
+    place.write(
+        "tiny.toml",
+        TINY.replace(
+            "evaluation_interval_steps = 800",
+            "evaluation_interval_steps = 1000",
+        ),
+    );
+    let output = place.output("sweep tiny.toml");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(
+        said.contains("2 trials finished now") && said.contains("no table"),
+        "{said}"
+    );
+    place.refused("sweep tiny.toml --table", &["no trial has been evaluated"]);
+}
+
 #[test]
 fn parts_of_a_grid_run_by_themselves_and_make_one_table() {
     let place = Place::new();
