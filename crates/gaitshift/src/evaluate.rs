@@ -146,8 +146,8 @@ fn measure(
     };
     if let Some(folder) = &arguments.out {
         output::create_folder(folder)?;
-        for (name, _) in &motions {
-            if let Some(profile) = &arguments.command_profile {
+        if let Some(profile) = &arguments.command_profile {
+            for (name, _) in &motions {
                 output::not_over(profile, &folder.join(format!("{name}.csv")))?;
             }
         }

@@ -47,7 +47,7 @@ impl Failure {
         let (message, code) = match self {
             Self::Input(message) => (message, 2),
             Self::Run(message) => (message, 1),
-            // Whoever reads has seen enough, as in `gaitshift evaluate | head -3`.
+            // Whoever reads the bytes has seen enough; of lines, [`crate::output::line`] says nothing.
             Self::Output(cause) if cause.kind() == io::ErrorKind::BrokenPipe => {
                 return 0;
             }

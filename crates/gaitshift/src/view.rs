@@ -22,14 +22,15 @@ pub fn run(arguments: &ViewArguments) -> Result<(), Failure> {
     let show = match &arguments.what {
         None => Show::Live(subjects(arguments)?),
         Some(path) if path.is_dir() => show_run(path)?,
-        Some(path) if Controller::read(path).is_ok() => {
-            return Err(Failure::input(format!(
-                "{} is a controller; move it with `gaitshift view --controller {0}`",
-                path.display()
-            )));
-        }
         Some(path) => {
-            let recording = Recording::read_csv(path).map_err(Failure::input)?;
+            let recording =
+                Recording::read_csv(path).map_err(|e| match Controller::read(path) {
+                    Ok(_) => Failure::input(format!(
+                        "{} is a controller; move it with `gaitshift view --controller {0}`",
+                        path.display()
+                    )),
+                    Err(_) => Failure::input(e),
+                })?;
             let html = replay_html(&recording)
                 .map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
             Show::Page(html)

@@ -34,7 +34,7 @@ impl Experiment {
             whole = whole.overlaid(values, &origin)?;
         }
         // Only now: values that depend on each other may come one after the other.
-        whole.validate(&origin(assignments))?;
+        whole.validate(&all_of(assignments))?;
         Ok(whole)
     }
 
@@ -63,7 +63,7 @@ impl Experiment {
 }
 
 /// What errors of several assignments name.
-fn origin(assignments: &[String]) -> String {
+fn all_of(assignments: &[String]) -> String {
     let quoted: Vec<String> = assignments.iter().map(|text| format!("`{text}`")).collect();
     quoted.join(", ")
 }
@@ -198,7 +198,7 @@ pub fn set_body_and_task(
         })?;
     }
     if !assignments.is_empty() {
-        let origin = origin(assignments);
+        let origin = all_of(assignments);
         let source = both.body.validate();
         source.map_err(|source| ConfigError::Body {
             origin: origin.clone(),
