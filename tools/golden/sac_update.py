@@ -25,13 +25,13 @@ CASES = {
     "plain": dict(
         actor_hidden=[12, 10], critic_hidden=[12, 10], actor_layer_norm=False, critic_layer_norm=False,
         learning_rate=1e-3, tau=0.005, temperature=dict(kind="fixed", alpha=0.2),
-        actor_average_decay=0.0, max_grad_norm=None,
+        max_grad_norm=None,
     ),
     "all_options": dict(
         actor_hidden=[10, 9], critic_hidden=[11, 12, 8], actor_layer_norm=True, critic_layer_norm=True,
         learning_rate=3e-3, tau=0.02,
         temperature=dict(kind="auto", initial=0.4, target_entropy=-2.0, learning_rate=5e-3),
-        actor_average_decay=0.9, max_grad_norm=0.05,
+        max_grad_norm=0.05,
     ),
 }
 
@@ -94,8 +94,6 @@ def record(case, settings):
         ]
         for _ in range(2)
     )
-    average = Network(OBSERVATIONS, settings["actor_hidden"], 2 * ACTIONS, settings["actor_layer_norm"])
-    average.load_state_dict(actor.state_dict())
     for prefix, network in [
         ("actor", actor), ("critic_1", critics[0]), ("critic_2", critics[1]),
         ("target_1", targets[0]), ("target_2", targets[1]),
@@ -159,10 +157,6 @@ def record(case, settings):
             alpha_adam.zero_grad()
             alpha_loss.backward()
             alpha_adam.step()
-        with torch.no_grad():
-            decay = settings["actor_average_decay"]
-            for kept, new in zip(average.parameters(), actor.parameters()):
-                kept.mul_(decay).add_(new, alpha=1 - decay)
         keep(f"{at}.log_alpha", log_alpha)
 
         with torch.no_grad():
@@ -170,7 +164,7 @@ def record(case, settings):
                 for kept, new in zip(target.parameters(), critic.parameters()):
                     kept.mul_(1 - settings["tau"]).add_(new, alpha=settings["tau"])
         for prefix, network in [
-            ("actor", actor), ("average", average), ("critic_1", critics[0]), ("critic_2", critics[1]),
+            ("actor", actor), ("critic_1", critics[0]), ("critic_2", critics[1]),
             ("target_1", targets[0]), ("target_2", targets[1]),
         ]:
             keep_network(f"{at}.after.{prefix}", network)

@@ -175,6 +175,8 @@ pub struct EvaluatedMotion {
     pub fell: bool,
     /// Its Froude number, where it has one.
     pub froude: Option<f64>,
+    /// How much the step times of right and left differ, where both have some.
+    pub step_time_asymmetry: Option<f64>,
 }
 
 /// A change of gait, tried from several phases of the stride.
@@ -249,12 +251,13 @@ impl Evaluation {
             .collect()
     }
 
-    /// The best, the first of several: the run's `controller.safetensors` is its controller. Those under disturbances that
-    /// were edited since do not count.
+    /// The best: the run's `controller.safetensors` is its controller. Of equally good ones that with the most even step times,
+    /// and of those the first. Those under disturbances that were edited since do not count.
     pub fn best(evaluations: &[Self]) -> Option<&Self> {
         let rank = |e: &Self| {
-            let score = rank(e.score, e.checks.len(), e.disturbed_survival);
-            (e.disturbance_edits, score)
+            let asymmetries = e.rows.iter().filter_map(|row| row.step_time_asymmetry);
+            let rank = rank(e.score, e.checks.len(), e.disturbed_survival, asymmetries);
+            (e.disturbance_edits, rank)
         };
         evaluations
             .iter()

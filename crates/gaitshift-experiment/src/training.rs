@@ -30,7 +30,7 @@ use std::path::Path;
 use std::time::Instant;
 
 pub use counting::{Parts, Progress};
-pub(crate) use evaluating::{NONE_YET, rank};
+pub(crate) use evaluating::{NONE_YET, Rank, rank};
 
 /// Environment steps between two calls of [`Observer::progress`].
 const REPORT_INTERVAL_STEPS: u64 = 2_000;
@@ -182,7 +182,7 @@ impl Training {
                 next_evaluation: e.training.evaluation_interval_steps,
                 next_checkpoint: e.training.checkpoint_interval_steps,
                 next_metrics: e.training.metrics_interval_steps,
-                best_score: NONE_YET,
+                best_rank: NONE_YET,
                 verdict: "not evaluated yet".to_owned(),
                 ..Counters::default()
             },

@@ -191,6 +191,11 @@ fn a_key_that_went_elsewhere_is_answered_by_where() {
             "curriculum.command",
         ),
         (
+            "[learner]\nactor_average_decay = 0.9998\n",
+            "actor_average_decay",
+            "no longer exists",
+        ),
+        (
             "[training]\naverage_evaluations = 3\n",
             "average_evaluations",
             "no longer exists",

@@ -225,7 +225,6 @@ fn run() -> &'static Path {
         experiment.learner.actor_hidden = vec![4];
         experiment.learner.critic_hidden = vec![4];
         experiment.learner.batch_size = 32;
-        experiment.learner.actor_average_decay = 0.9;
         experiment.training.environments = 2;
         experiment.training.replay_capacity = 1000;
         experiment.training.learning_starts = 100;

@@ -64,7 +64,7 @@ fn a_recipe_on_another_differs_from_that() {
     // Three dozen values are one sentence.
     assert_eq!(
         review.differences,
-        ["`curriculum.phases`, 4 of 15500000 steps in all instead of 3 of 9500000 steps in all"]
+        ["`curriculum.phases`, 4 of 16000000 steps in all instead of 3 of 10000000 steps in all"]
     );
     let set = ["curriculum.phases.III.randomization.share=0.5".to_owned()];
     let text = "base = \"robust\"\n[curriculum.phases.III.randomization]\nshare = 0.5\nactuator_factor = [0.8, 1]\n";

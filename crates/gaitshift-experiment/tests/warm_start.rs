@@ -9,7 +9,6 @@ use std::path::Path;
 fn from_shipped(critic_steps: u64) -> Experiment {
     let mut experiment = unevaluated();
     experiment.learner.actor_hidden = vec![200, 200];
-    experiment.learner.actor_average_decay = 0.0;
     experiment.training.symmetry = Symmetry::None; // with mirrored batches the controller would be a mean, in other tensors
     experiment.training.warm_start = Some(WarmStart {
         controller: "shipped".to_owned(),

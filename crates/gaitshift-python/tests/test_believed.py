@@ -18,11 +18,10 @@ def believed():
 
 @pytest.fixture(scope="module")
 def folder(tiny, tmp_path_factory):
-    """That of a run whose reward is 1 a step, with the paper's learner: no average, no mean with the mirror image."""
+    """That of a run whose reward is 1 a step, with the paper's learner: no mean with the mirror image."""
     settings = {
         "training.symmetry": "reward",
         "learner.gamma": GAMMA,
-        "learner.actor_average_decay": 0.0,
         "curriculum.phases.only.reward": {"omega_e": 0.0, "omega_l": 0.0, "omega_f": 0.0, "c1": 0.0, "omega_s": 0.0},
         "curriculum.phases.only.omega_v": [0.0, 0.0],
     }

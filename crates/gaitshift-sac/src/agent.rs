@@ -168,9 +168,6 @@ impl Agent {
             "of the layers of the policy to start from",
         )?;
         self.learner.actor = Trained::new(network.clone());
-        if let Some(average) = &mut self.learner.average {
-            average.clone_from(&self.learner.actor.network);
-        }
         Ok(())
     }
 
@@ -274,11 +271,6 @@ impl Agent {
     /// A copy of the actor.
     pub fn policy(&self) -> Policy {
         Policy::new(self.learner.actor.network.clone())
-    }
-
-    /// A copy of the averaged actor, where `actor_average_decay` is above 0.
-    pub fn averaged_policy(&self) -> Option<Policy> {
-        self.learner.average.clone().map(Policy::new)
     }
 
     /// One update from transitions drawn from `replay`.

@@ -1,6 +1,6 @@
 //! Agents and replay buffers on disk, each as one safetensors file with one JSON metadata entry.
 //!
-//! An agent's file holds everything that the next update depends on: networks, targets, average, both
+//! An agent's file holds everything that the next update depends on: networks, targets, both
 //! moments of Adam and its step counts, the temperature with its own, the random streams, the settings. A
 //! buffer's file holds the filled part of the ring. A run that is saved and resumed goes on bit for bit.
 
@@ -30,7 +30,7 @@ const REHEARSAL: [&str; 2] = ["rehearsal.observations", "rehearsal.actions"];
 /// More updates than any run makes: counting on from there does not overflow.
 const MOST_UPDATES: u64 = 1 << 62;
 /// Version of both formats.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -358,9 +358,6 @@ impl Agent {
         let [target_1, target_2] = &learner.targets;
         lazy_tensors(target_1, "target_1", &target_1.parameters, &mut tensors);
         lazy_tensors(target_2, "target_2", &target_2.parameters, &mut tensors);
-        if let Some(average) = &learner.average {
-            lazy_tensors(average, "average", &average.parameters, &mut tensors);
-        }
         if let Some(rehearsal) = &self.rehearsal {
             for ((name, size), values) in REHEARSAL
                 .into_iter()
@@ -441,9 +438,6 @@ impl Agent {
         {
             reader.trained(critic, &format!("critic_{number}"))?;
             reader.network(target, &format!("target_{number}"))?;
-        }
-        if let Some(average) = &mut learner.average {
-            reader.network(average, "average")?;
         }
         learner.temperature = header.temperature;
         learner.updates = header.updates;

@@ -54,8 +54,6 @@ pub struct SacConfig {
     pub n_step: usize,
     /// Weight of the entropy.
     pub temperature: Temperature,
-    /// Decay per actor update of the averaged actor (0.999 averages over about a thousand); 0 for none.
-    pub actor_average_decay: f64,
     /// Greatest norm of the gradient of each network; none by default.
     pub max_grad_norm: Option<f64>,
     /// Threads of an update, the calling one included; changes the speed and never the result.
@@ -75,7 +73,6 @@ impl Default for SacConfig {
             batch_size: 256,
             n_step: 1,
             temperature: Temperature::Fixed { alpha: 0.2 },
-            actor_average_decay: 0.0,
             max_grad_norm: None,
             threads: 1,
         }
@@ -185,13 +182,6 @@ impl SacConfig {
                 )?;
             }
         }
-        let decay = self.actor_average_decay;
-        require(
-            (0.0..1.0).contains(&decay),
-            "actor_average_decay",
-            &decay,
-            "at least 0 and below 1",
-        )?;
         if let Some(norm) = self.max_grad_norm {
             require(
                 norm.is_finite() && norm > 0.0,

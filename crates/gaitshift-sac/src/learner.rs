@@ -75,8 +75,6 @@ pub struct Learner<T> {
     pub critics: [Trained<T>; 2],
     /// Their targets.
     pub targets: [Mlp<T>; 2],
-    /// Averaged actor, where asked for.
-    pub average: Option<Mlp<T>>,
     pub(crate) temperature: TemperatureState,
     pub(crate) updates: u64,
     pub(crate) stats: UpdateStats,
@@ -102,7 +100,7 @@ pub struct Learner<T> {
 }
 
 impl<T: Scalar> Learner<T> {
-    /// A learner with the given networks; targets and average start as copies.
+    /// A learner with the given networks; targets start as copies.
     ///
     /// # Errors
     /// When a setting is outside its range, or the mirror is none of these sizes.
@@ -122,7 +120,6 @@ impl<T: Scalar> Learner<T> {
         let actor = Trained::new(Mlp::random(actor_shape(&config, sizes), rng));
         let critics = [0, 1].map(|_| Trained::new(Mlp::random(critic_shape(&config, sizes), rng)));
         let targets = [critics[0].network.clone(), critics[1].network.clone()];
-        let average = (config.actor_average_decay > 0.0).then(|| actor.network.clone());
         let alpha = match config.temperature {
             Temperature::Fixed { alpha } => alpha,
             Temperature::Auto { initial, .. } => initial,
@@ -158,7 +155,6 @@ impl<T: Scalar> Learner<T> {
             actor,
             critics,
             targets,
-            average,
             temperature,
             updates: 0,
             stats: UpdateStats::default(),

@@ -1,5 +1,5 @@
 //! One update of Soft Actor-Critic (Haarnoja et al. 2018, "Soft Actor-Critic Algorithms and Applications", algorithm 1), in
-//! its order: batch, targets, critics, actor, temperature, averages.
+//! its order: batch, targets, critics, actor, temperature, targets.
 //!
 //! Its golden reference is `tools/golden/sac_update.py`, the same update in PyTorch; `tests/update.rs` compares the two,
 //! gradients included. The losses themselves are in [`crate::losses`].
@@ -169,9 +169,8 @@ impl<T: Scalar> Learner<T> {
         self.stats.entropy = -sums.log_prob * per_row;
     }
 
-    /// One step of Adam for the actor; in the same pass over memory its average follows.
+    /// One step of Adam for the actor.
     fn step_actor(&mut self) {
-        let rate = T::from_f64(1.0 - self.config.actor_average_decay);
         let parts = self.examples.len() + self.rehearsed_chunks();
         [self.stats.actor_gradient_norm] = self.optimiser.step(
             &mut self.workers,
@@ -180,7 +179,7 @@ impl<T: Scalar> Learner<T> {
             Step {
                 learning_rate: self.config.learning_rate,
                 max_norm: self.config.max_grad_norm,
-                followers: [self.average.as_mut().map(|average| (rate, average))],
+                followers: [None],
             },
         );
         self.actor_stale = true;

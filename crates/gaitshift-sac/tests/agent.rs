@@ -62,7 +62,6 @@ fn config(threads: usize) -> SacConfig {
             target_entropy: None,
             learning_rate: 1e-3,
         },
-        actor_average_decay: 0.95,
         max_grad_norm: Some(1.0),
         threads,
         ..SacConfig::default()
@@ -148,7 +147,6 @@ fn bits(tensors: &[NamedTensor<f32>]) -> Vec<u32> {
 fn parameters(agent: &Agent) -> Vec<u32> {
     let learner = agent.learner();
     let mut all = bits(&agent.policy().tensors());
-    all.extend(bits(&agent.averaged_policy().unwrap().tensors()));
     for (critic, target) in learner.critics.iter().zip(&learner.targets) {
         all.extend(bits(&critic.network.tensors()));
         all.extend(bits(&target.tensors()));

@@ -79,9 +79,6 @@ fn values_out_of_range_are_named() {
                 learning_rate: -1e-3,
             };
         }),
-        ("actor_average_decay", |config| {
-            config.actor_average_decay = 1.0
-        }),
         ("max_grad_norm", |config| config.max_grad_norm = Some(0.0)),
         ("threads", |config| config.threads = 0),
     ];

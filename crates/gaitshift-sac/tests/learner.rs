@@ -1,4 +1,4 @@
-//! Contract: a new learner's targets are copies of its critics, which differ from each other, and its average one of the actor;
+//! Contract: a new learner's targets are copies of its critics, which differ from each other;
 //! sizes are those asked for; a mirror of other sizes is refused; the number of threads
 //! can be changed within its range, and no other setting with it.
 
@@ -28,10 +28,9 @@ fn numbers(network: &Mlp<f64>) -> Vec<f64> {
 }
 
 #[test]
-fn targets_and_average_begin_as_copies() {
+fn targets_begin_as_copies() {
     let learner = learner(
         SacConfig {
-            actor_average_decay: 0.9,
             temperature: Temperature::Fixed { alpha: 0.2 },
             ..small()
         },
@@ -43,8 +42,6 @@ fn targets_and_average_begin_as_copies() {
     for (critic, target) in critics.iter().zip(&learner.targets) {
         assert_eq!(*critic, numbers(target));
     }
-    let average = learner.average.as_ref().unwrap();
-    assert_eq!(numbers(&learner.actor.network), numbers(average));
     assert_eq!((learner.updates(), learner.temperature().alpha), (0, 0.2));
 }
 
@@ -57,7 +54,6 @@ fn networks_have_the_sizes_asked_for() {
         numbers(&learner.critics[0].network).len(),
         count(&[6, 7, 1])
     );
-    assert!(learner.average.is_none());
 }
 
 #[test]

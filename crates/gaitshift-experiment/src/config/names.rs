@@ -11,7 +11,7 @@ pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
 }
 
 /// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
-const GONE: [(&str, &str, &str); 26] = [
+const GONE: [(&str, &str, &str); 27] = [
     (
         "schedule",
         "symmetry",
@@ -22,6 +22,7 @@ const GONE: [(&str, &str, &str); 26] = [
     ("weight", "states", REHEARSAL_OF_PHASES),
     ("entropy_command_divisor", "", ENTROPY_OF_PHASES),
     ("entropy_share_at_zero", "", NO_GAIN),
+    ("actor_average_decay", "", NO_GAIN),
     ("average_evaluations", "", NO_GAIN),
     ("horizon_command_divisor", "", NO_GAIN),
     ("horizon_share_floor", "", NO_GAIN),

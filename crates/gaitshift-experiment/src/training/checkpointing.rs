@@ -13,7 +13,7 @@ use std::path::Path;
 use std::time::Instant;
 
 /// Version of [`CheckpointState`].
-const FORMAT: &str = "gaitshift-run 3";
+const FORMAT: &str = "gaitshift-run 4";
 
 /// The part of a state that is read before the rest.
 #[derive(Deserialize)]
@@ -158,7 +158,7 @@ impl Training {
         if !chosen_by_them || c.best_step == 0 || drawn(before) == drawn(&self.experiment) {
             return;
         }
-        c.best_score = NONE_YET;
+        c.best_rank = NONE_YET;
         c.disturbance_edits += 1;
         self.notes.push(format!(
             "the disturbances by which the best controller is chosen were edited: the choice begins anew with the next \

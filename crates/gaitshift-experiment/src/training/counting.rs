@@ -1,6 +1,6 @@
 //! What a run counts, how it is told, and where its time goes.
 
-use super::Training;
+use super::{Rank, Training};
 use crate::config::Experiment;
 use gaitshift_task::{MOST_EXTRA, PhaseSettings, RewardTerms};
 use serde::{Deserialize, Serialize};
@@ -82,7 +82,7 @@ pub struct Counters {
     pub next_evaluation: u64,
     pub next_checkpoint: u64,
     pub next_metrics: u64,
-    pub best_score: f64,
+    pub best_rank: Rank,
     pub best_step: u64,
     pub best_met: usize,
     /// How often the disturbances were edited by which controllers are chosen.

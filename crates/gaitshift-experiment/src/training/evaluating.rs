@@ -13,25 +13,33 @@ use gaitshift_task::{
 };
 use std::time::Instant;
 
+/// Orders the controllers of a run: by the first number, and where it is the same by the second.
+pub(crate) type Rank = [f64; 2];
+
 /// Rank of no controller: below that of every one.
-pub(crate) const NONE_YET: f64 = -1.0;
+pub(crate) const NONE_YET: Rank = [-1.0, 0.0];
 
 /// Motions by which it is judged how many disturbances a controller bears.
 const DISTURBED: usize = 64;
 
-/// Orders the controllers of a run. Where it randomizes, the share of disturbed motions that stay up counts as much as all criteria
-/// together, and what has not met the disturbances yet comes after all that has.
-pub(crate) fn rank(score: f64, criteria: usize, disturbed_survival: Option<f64>) -> f64 {
+/// Rank of a controller. Where a run randomizes, the share of disturbed motions that stay up counts as much as all criteria
+/// together, and what has not met the disturbances yet comes after all that has. Of controllers that are equally good, as all are that
+/// meet every criterion, the one with the most even step times comes first.
+pub(crate) fn rank(
+    score: f64,
+    criteria: usize,
+    disturbed_survival: Option<f64>,
+    step_time_asymmetries: impl Iterator<Item = f64>,
+) -> Rank {
     let all = criteria as f64;
-    disturbed_survival.map_or(score, |share| score + all * (1.0 + share))
+    let score = disturbed_survival.map_or(score, |share| score + all * (1.0 + share));
+    [score, -step_time_asymmetries.fold(0.0, f64::max)]
 }
 
 impl Training {
-    /// The policy that is judged and kept: the averaged one where there is one, and its mean with its mirror image where
-    /// what was learned is mirrored.
+    /// The policy that is judged and kept: where what was learned is mirrored, the mean of the actor and its mirror image.
     fn policy(&self) -> Result<Policy, SacError> {
-        let policy = self.agent.averaged_policy();
-        let policy = policy.unwrap_or_else(|| self.agent.policy());
+        let policy = self.agent.policy();
         match self.agent.mirror() {
             Some(mirror) => policy.mean_with_mirror_image(mirror),
             None => Ok(policy),
@@ -69,7 +77,16 @@ impl Training {
         controller.write(&self.folder.evaluated(self.counters.step)?)?;
         self.keep_best_walk(&mut controller)?;
         let survival = self.disturbed_survival(&mut controller.policy)?;
-        let rank = rank(judgement.score(), judgement.checks.len(), survival);
+        let asymmetries = judgement
+            .rows
+            .iter()
+            .filter_map(|row| row.summary.step_time_asymmetry);
+        let rank = rank(
+            judgement.score(),
+            judgement.checks.len(),
+            survival,
+            asymmetries,
+        );
         let randomizes = self
             .experiment
             .curriculum
@@ -77,11 +94,11 @@ impl Training {
             .iter()
             .any(|phase| phase.randomization.is_some());
         let c = &mut self.counters;
-        let best = rank > c.best_score;
+        let best = rank > c.best_rank;
         c.verdict = verdict(&judgement);
         c.criteria = judgement.checks.len();
         if best {
-            c.best_score = rank;
+            c.best_rank = rank;
             c.best_step = c.step;
             c.best_met = judgement.met();
             controller.write(&self.folder.file("controller.safetensors"))?;

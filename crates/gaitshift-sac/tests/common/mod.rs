@@ -79,7 +79,6 @@ pub fn replay<T: Scalar>(case: &str, tolerance: f64) {
         serde_json::from_str(&metadata.metadata().as_ref().unwrap()["golden"]).unwrap();
     let golden = Golden(SafeTensors::deserialize(&bytes).unwrap());
 
-    let averaged = header.config.actor_average_decay > 0.0;
     let [mut init] = streams(0);
     let mut learner = Learner::<T>::new(
         header.config,
@@ -94,9 +93,6 @@ pub fn replay<T: Scalar>(case: &str, tolerance: f64) {
         assert_eq!(network.load_tensors(&tensors), tensors.len());
     };
     start("actor", &mut learner.actor.network);
-    if let Some(average) = &mut learner.average {
-        start("actor", average);
-    }
     for number in 0..2 {
         start(
             &format!("critic_{}", number + 1),
@@ -151,15 +147,13 @@ pub fn replay<T: Scalar>(case: &str, tolerance: f64) {
             &[T::from_f64(golden.scalar(&format!("{at}.log_alpha")))],
         );
 
-        let mut networks = vec![
+        let networks = [
             ("critic_1", &learner.critics[0].network),
             ("critic_2", &learner.critics[1].network),
             ("target_1", &learner.targets[0]),
             ("target_2", &learner.targets[1]),
             ("actor", &learner.actor.network),
         ];
-        networks.extend(learner.average.as_ref().map(|average| ("average", average)));
-        assert_eq!(averaged, learner.average.is_some());
         let mut tensors = Vec::new();
         for (prefix, network) in networks {
             tensors.push((format!("{at}.after.{prefix}"), network.tensors()));
