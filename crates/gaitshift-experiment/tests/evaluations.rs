@@ -37,12 +37,19 @@ fn a_damaged_line_is_named() {
 }
 
 #[test]
-fn the_best_is_the_first_with_the_highest_score_and_a_new_run_has_none() {
+fn the_best_has_the_highest_score_and_of_equal_ones_the_most_even_steps_and_a_new_run_has_none() {
     let mut evaluations = read(&(line(1.0) + &line(3.5) + &line(3.5) + &line(2.0))).unwrap();
     for (step, evaluation) in evaluations.iter_mut().enumerate() {
         evaluation.step = step as u64;
     }
-    assert_eq!(Evaluation::best(&evaluations).unwrap().step, 1);
+    let best = |evaluations: &[Evaluation]| Evaluation::best(evaluations).unwrap().step;
+    assert_eq!(best(&evaluations), 1);
+    // Of equally good ones the steps of which are most even; a better one may limp.
+    evaluations[1].rows[0].step_time_asymmetry = Some(0.2);
+    evaluations[2].rows[0].step_time_asymmetry = Some(0.1);
+    assert_eq!(best(&evaluations), 2);
+    evaluations[1].score += 0.01;
+    assert_eq!(best(&evaluations), 1);
     let walk = evaluations[0].motion(GaitClass::Walking).unwrap();
     assert_eq!((walk.omega_v, walk.froude), (0.0, Some(0.2)));
     assert!(evaluations[0].motion(GaitClass::Running).is_none());

@@ -15,14 +15,14 @@ const COURSE: [Row; 5] = [
     (0, 3e-4, 0.1, 200.0, 0.0, [0.06, 2.0, 0.0, 0.0]),
     (500_000, 3e-4, 0.1, 200.0, 0.0, [0.2, 2.0, 0.0, 0.0]),
     (6_500_000, 3e-4, 0.1, 50.0, 10.0, [0.2, 2.0, 0.0, 0.9]),
-    (8_000_000, 3e-4, 0.1, 50.0, 10.0, [0.2, 2.0, 0.05, 0.9]),
-    (9_500_000, 3e-4, 0.1, 50.0, 10.0, [0.2, 2.0, 0.1, 0.9]),
+    (8_250_000, 3e-4, 0.1, 50.0, 10.0, [0.2, 2.0, 0.025, 0.9]),
+    (10_000_000, 3e-4, 0.1, 50.0, 10.0, [0.2, 2.0, 0.05, 0.9]),
 ];
 
 #[test]
 fn fast_has_the_course_that_it_says() {
     let fast = Experiment::recipe("fast").unwrap();
-    assert_eq!(fast.curriculum.total_steps(), 9_500_000);
+    assert_eq!(fast.curriculum.total_steps(), 10_000_000);
     assert_eq!(fast.curriculum.rehearsal_start(), Some(6_500_000));
     for (step, rate, alpha, horizon, rehearsal, prices) in COURSE {
         let s = fast.learner_at(step);
@@ -44,7 +44,7 @@ fn robust_begins_as_fast_does() {
     assert_eq!(as_fast, fast.curriculum.phases);
     assert!(more.len() == 1 && more[0].randomization.is_some());
     let randomized = |step| robust.curriculum.randomizes_by(step);
-    assert!(!randomized(9_499_999) && randomized(9_500_000) && randomized(20_000_000));
+    assert!(!randomized(9_999_999) && randomized(10_000_000) && randomized(20_000_000));
 }
 
 #[test]

@@ -43,7 +43,7 @@ type Change = fn(&mut SacConfig);
 
 #[test]
 fn values_out_of_range_are_named() {
-    let cases: [(&str, Change); 16] = [
+    let cases: [(&str, Change); 15] = [
         ("actor_hidden", |config| config.actor_hidden = vec![]),
         ("critic_hidden", |config| config.critic_hidden = vec![64, 0]),
         ("critic_hidden", |config| {
