@@ -495,6 +495,11 @@ fn the_table_has_what_there_is_so_far() {
     assert!(best.interval[0] <= best.value && best.value <= best.interval[1]);
     let text = table.to_markdown();
     assert!(text.contains("| on ice/snow | 1 | 1 |"), "{text}");
+    // A bar in a name would end its cell.
+    let mut barred = table.clone();
+    barred.variants[1].variant = "ice|snow".to_owned();
+    let text = barred.to_markdown();
+    assert!(text.contains(r"| ice\|snow | 1 | 1 |"), "{text}");
     // The same of the folders alone.
     let runs: Vec<_> = sweep
         .trials

@@ -303,7 +303,7 @@ impl SweepTable {
             let _ = writeln!(
                 text,
                 "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
-                v.variant,
+                cell(&v.variant),
                 v.seeds,
                 v.finished,
                 shown(&v.best_met),
@@ -327,7 +327,7 @@ impl SweepTable {
                 let _ = writeln!(
                     text,
                     "| {} | {} | {} | {:.2} | {} | {} | {} | {} | {} | {} | {} | {} |",
-                    t.variant,
+                    cell(&t.variant),
                     t.seed,
                     name,
                     e.step as f64 / 1e6,
@@ -344,6 +344,11 @@ impl SweepTable {
         }
         text
     }
+}
+
+/// A name within a row of Markdown's tables.
+fn cell(name: &str) -> String {
+    name.replace('|', "\\|")
 }
 
 fn of_variant<'a>(trials: &'a [TrialSummary], name: &str) -> Vec<&'a TrialSummary> {
