@@ -20,7 +20,7 @@ pub(crate) type Rank = [f64; 2];
 pub(crate) const NONE_YET: Rank = [-1.0, 0.0];
 
 /// Motions by which it is judged how many disturbances a controller bears.
-const DISTURBED: usize = 64;
+const DISTURBED: usize = 256;
 
 /// Rank of a controller. Where a run randomizes, the share of disturbed motions that stay up counts as much as all criteria
 /// together, and what has not met the disturbances yet comes after all that has. Of controllers that are equally good, as all are that
