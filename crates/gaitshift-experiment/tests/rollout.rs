@@ -48,7 +48,7 @@ fn disturbed(disturbance: &Disturbance, omega_v: f64, duration_s: f64) -> Record
     Rollout {
         body: &body,
         task: &controller.task,
-        start: Environment::start(&body, &controller.task, Some(3)),
+        start: Environment::start(&body, &controller.task, Some(5)),
         profile: &CommandProfile::constant(omega_v),
         duration_s,
         seed: 3,
