@@ -71,7 +71,7 @@ def test_a_push_makes_it_stumble_and_it_recovers(view, tab):
     x, y = box["x"] + 0.46 * box["width"], box["y"] + 0.4 * box["height"]
     page.mouse.move(x, y)
     page.mouse.down()
-    page.mouse.move(x + 30, y, steps=5)
+    page.mouse.move(x + 44, y, steps=5)
     page.mouse.up()
     wait_for_gait(page, "mixed")
     wait_for_gait(page, "walking")
