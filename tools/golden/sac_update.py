@@ -4,7 +4,7 @@
     .venv/bin/python tools/golden/sac_update.py crates/gaitshift-sac/tests/golden
 
 Everything PyTorch offers is taken from PyTorch: layers, layer normalisation, the tanh-transformed normal
-distribution, automatic differentiation, gradient clipping, Adam. Written in float64, so that the Rust code run
+distribution, automatic differentiation, Adam. Written in float64, so that the Rust code run
 in f64 must agree to rounding.
 """
 
@@ -23,15 +23,13 @@ OBSERVATIONS, ACTIONS, ROWS, UPDATES = 5, 2, 70, 3
 LOG_DEVIATION = (-5.0, 2.0)
 CASES = {
     "plain": dict(
-        actor_hidden=[12, 10], critic_hidden=[12, 10], actor_layer_norm=False, critic_layer_norm=False,
+        actor_hidden=[12, 10], critic_hidden=[12, 10], critic_layer_norm=False,
         learning_rate=1e-3, tau=0.005, temperature=dict(kind="fixed", alpha=0.2),
-        max_grad_norm=None,
     ),
     "all_options": dict(
-        actor_hidden=[10, 9], critic_hidden=[11, 12, 8], actor_layer_norm=True, critic_layer_norm=True,
+        actor_hidden=[10, 9], critic_hidden=[11, 12, 8], critic_layer_norm=True,
         learning_rate=3e-3, tau=0.02,
         temperature=dict(kind="auto", initial=0.4, target_entropy=-2.0, learning_rate=5e-3),
-        max_grad_norm=0.05,
     ),
 }
 
@@ -86,7 +84,7 @@ def record(case, settings):
         for name, parameter in network.named_parameters():
             keep(f"{prefix}.{name}", parameter.grad)
 
-    actor = Network(OBSERVATIONS, settings["actor_hidden"], 2 * ACTIONS, settings["actor_layer_norm"])
+    actor = Network(OBSERVATIONS, settings["actor_hidden"], 2 * ACTIONS, layer_norm=False)
     critics, targets = (
         [
             Network(OBSERVATIONS + ACTIONS, settings["critic_hidden"], 1, settings["critic_layer_norm"])
@@ -135,8 +133,6 @@ def record(case, settings):
         sum(losses).backward()
         for number, critic in enumerate(critics, 1):
             keep_gradient(f"{at}.gradient.critic_{number}", critic)
-            if settings["max_grad_norm"] is not None:
-                nn.utils.clip_grad_norm_(critic.parameters(), settings["max_grad_norm"])
         critic_adam.step()
         keep(f"{at}.critic_loss", torch.stack(losses))
 
@@ -147,8 +143,6 @@ def record(case, settings):
         actor_adam.zero_grad()
         actor_loss.backward()
         keep_gradient(f"{at}.gradient.actor", actor)
-        if settings["max_grad_norm"] is not None:
-            nn.utils.clip_grad_norm_(actor.parameters(), settings["max_grad_norm"])
         actor_adam.step()
         keep(f"{at}.actor_loss", actor_loss)
         keep(f"{at}.entropy", -log_probs.mean())

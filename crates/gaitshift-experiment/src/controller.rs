@@ -201,6 +201,12 @@ impl Controller {
                 2 * ACTION_SIZE
             )));
         }
+        if shape.layer_norm {
+            return Err(error(
+                "its network has layer normalisation, which this version does not know: use the one that trained it"
+                    .to_owned(),
+            ));
+        }
         // Before memory is set aside for what the metadata promise.
         let held: usize = file.iter().map(|(_, view)| view.data().len() / 4).sum();
         if parameter_count(shape) != Some(held) {
@@ -284,10 +290,8 @@ fn take_out_gone_keys(description: &mut Value) -> Result<(), String> {
 /// How many numbers a network of this shape holds; none if they cannot be counted.
 fn parameter_count(shape: &MlpShape) -> Option<usize> {
     let (mut inputs, mut count) = (shape.inputs, 0_usize);
-    let normalised = if shape.layer_norm { 2 } else { 0 };
-    let hidden = shape.hidden.iter().map(|&units| (units, normalised));
-    for (units, of_norm) in hidden.chain([(shape.outputs, 0)]) {
-        let each = inputs.checked_add(1 + of_norm)?;
+    for &units in shape.hidden.iter().chain([&shape.outputs]) {
+        let each = inputs.checked_add(1)?;
         count = count.checked_add(units.checked_mul(each)?)?;
         inputs = units;
     }

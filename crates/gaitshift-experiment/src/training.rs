@@ -137,13 +137,13 @@ impl Training {
         };
         let controller = Controller::read(Path::new(&start.controller))?;
         let (shape, learner) = (controller.policy.shape(), &self.experiment.learner);
-        if (&shape.hidden, shape.layer_norm) != (&learner.actor_hidden, learner.actor_layer_norm) {
+        if shape.hidden != learner.actor_hidden {
             return Err(TrainingError::other(
                 Path::new(&start.controller),
                 format!(
                     "cannot be the start of this training: it has the hidden layers {:?}, the learner {:?}; set \
-                     `learner.actor_hidden` to its layers and `learner.actor_layer_norm` to {}",
-                    shape.hidden, learner.actor_hidden, shape.layer_norm
+                     `learner.actor_hidden` to its layers",
+                    shape.hidden, learner.actor_hidden
                 ),
             ));
         }
@@ -368,7 +368,7 @@ impl Training {
         let walk = if file.exists() {
             Controller::read(&file)?
         } else {
-            self.controller()?
+            self.controller()
         };
         let (step, mut policy) = (walk.provenance.environment_steps, walk.policy);
         let (body, e) = (self.batch.body(), &self.experiment);

@@ -1,6 +1,6 @@
 //! Contract: `f_sym` (7) enters the stored reward either with the policy's mean actions or with the action that was taken,
 //! against the mirrored policy's mean, weighted by `ω_s`; the rest of the reward is the same. With `"replay"` the controller
-//! of a mirrored state gives the mirrored action, which layer normalisation in the actor does not allow.
+//! of a mirrored state gives the mirrored action.
 
 mod common;
 use common::{Until, file, unevaluated};
@@ -106,13 +106,4 @@ fn mirrored_batches_give_a_controller_that_commutes() {
     };
     assert!(largest(Symmetry::Replay, "replay") < 1e-5);
     assert!(largest(Symmetry::None, "none") > 0.01);
-
-    let mut experiment = unevaluated();
-    experiment.training.symmetry = Symmetry::Replay;
-    experiment.learner.actor_layer_norm = true;
-    let error = Training::new(experiment, &root.path().join("normed"), "test").unwrap_err();
-    assert!(
-        error.to_string().contains("learner.actor_layer_norm"),
-        "{error}"
-    );
 }

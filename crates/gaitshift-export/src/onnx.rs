@@ -3,7 +3,7 @@
 //! `observation` (batch × 14, 32-bit floats, SI units, the paper's order) → scale → hidden layers →
 //! means → tanh → `action` (batch × 2, in [-1, 1], right leg first). Scaling and squashing are part of the
 //! graph, so that nothing has to be known besides the order of the observation, and that stands in the
-//! file's metadata. Operator set 17 (the first with `LayerNormalization`), format version 8.
+//! file's metadata. Operator set 17, format version 8.
 
 use crate::protobuf::Message;
 use gaitshift_experiment::Controller;
@@ -14,8 +14,6 @@ use gaitshift_task::{OBSERVATION_NAMES, OBSERVATION_SCALE, OBSERVATION_SIZE};
 const FORMAT_VERSION: u64 = 8;
 /// Version of ONNX's operators.
 const OPERATORS: u64 = 17;
-/// Layer normalisation's ε (docs/formats.md).
-const EPSILON: f32 = 1e-5;
 
 /// A controller that cannot be written as ONNX.
 #[derive(Debug, thiserror::Error)]
@@ -129,27 +127,6 @@ impl Graph {
             let weight = find(format!("{prefix}.weight"))?;
             let bias = find(format!("{prefix}.bias"))?;
             graph.linear(&prefix, weight, bias, weight.shape[0]);
-            if shape.layer_norm {
-                let names = [
-                    format!("{prefix}.norm.weight"),
-                    format!("{prefix}.norm.bias"),
-                ];
-                for name in &names {
-                    let tensor = find(name.clone())?;
-                    graph.constant(name, &tensor.shape, &tensor.values);
-                }
-                let epsilon = Message::default()
-                    .bytes(1, "epsilon")
-                    .float(2, EPSILON)
-                    .integer(20, 1);
-                let inputs = [names[0].as_str(), names[1].as_str()];
-                graph.node(
-                    "LayerNormalization",
-                    &format!("{prefix}.norm"),
-                    &inputs,
-                    [epsilon],
-                );
-            }
             graph.node("Relu", &format!("{prefix}.relu"), &[], []);
         }
         // Of the outputs the first half are the means; the deviations are for exploring.

@@ -21,13 +21,6 @@ impl Message {
         self
     }
 
-    /// A 32-bit float.
-    pub fn float(mut self, field: u64, value: f32) -> Self {
-        self.varint(field << 3 | 5);
-        self.0.extend(value.to_le_bytes());
-        self
-    }
-
     /// Bytes, or a string.
     pub fn bytes(mut self, field: u64, value: impl AsRef<[u8]>) -> Self {
         let value = value.as_ref();

@@ -28,9 +28,8 @@ impl<T: Scalar> AdamStep<T> {
 }
 
 vectorised! {
-    /// One step for a range of parameters; `scale` multiplies the gradient.
+    /// One step for a range of parameters.
     pub fn descend<T>(_simd, step: AdamStep<T>,
-        scale: T,
         gradient: &[T],
         parameters: &mut [T],
         first_moment: &mut [T],
@@ -46,7 +45,6 @@ vectorised! {
             .zip(first_moment.iter_mut())
             .zip(second_moment.iter_mut())
         {
-            let gradient = gradient * scale;
             *first += one_minus_beta_1 * (gradient - *first);
             *second = *second * beta_2 + one_minus_beta_2 * (gradient * gradient);
             let root = second.sqrt() / step.root_correction + epsilon;

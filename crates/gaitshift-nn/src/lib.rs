@@ -29,7 +29,7 @@
 //!     trained.network.backward(
 //!         &trained.transposed, rows, &x, 1, &activations, &errors, &mut deltas, &mut gradient,
 //!     );
-//!     let step = Step { learning_rate: 3e-3, max_norm: None, followers: [None] };
+//!     let step = Step { learning_rate: 3e-3, followers: [None] };
 //!     optimiser.step(&mut workers, [&mut trained], [&[&gradient[..]]], step);
 //!     trained.refresh();
 //! }

@@ -18,7 +18,7 @@ pub struct Trained<T> {
     pub network: Mlp<T>,
     /// Weights in the order of the backward pass.
     pub transposed: Transposed<T>,
-    /// Gradient of the last update, before clipping, in the layout of the parameters, as all below.
+    /// Gradient of the last update, in the layout of the parameters, as all below.
     pub gradient: Buffer<T>,
     /// First moment of Adam.
     pub first_moment: Buffer<T>,
@@ -41,7 +41,7 @@ impl<T: Scalar> Trained<T> {
         }
     }
 
-    /// Gradient of the last update, before clipping, as named tensors.
+    /// Gradient of the last update, as named tensors.
     pub fn gradient(&self) -> Vec<NamedTensor<T>> {
         self.network.tensors_of(&self.gradient)
     }
@@ -57,8 +57,6 @@ impl<T: Scalar> Trained<T> {
 pub struct Step<'a, T, const NETWORKS: usize> {
     /// Learning rate.
     pub learning_rate: f64,
-    /// Greatest norm of the gradient of each network, as `torch.nn.utils.clip_grad_norm_`.
-    pub max_norm: Option<f64>,
     /// For each network one that follows behind: follower ← (1 − rate) follower + rate network.
     pub followers: [Option<(T, &'a mut Mlp<T>)>; NETWORKS],
 }
@@ -88,8 +86,8 @@ impl Optimiser {
         })
     }
 
-    /// Does as [`Optimiser::sum`], moves the parameters along the gradients, and the followers behind them. Gives the norms
-    /// of the gradients before clipping.
+    /// Does as [`Optimiser::sum`], moves the parameters along the gradients, and the followers behind them; each range of
+    /// parameters while the cache holds it.
     pub fn step<T: Scalar, P: AsRef<[T]> + Sync, const NETWORKS: usize>(
         &mut self,
         workers: &mut Workers,
@@ -97,15 +95,6 @@ impl Optimiser {
         parts: [&[P]; NETWORKS],
         step: Step<'_, T, NETWORKS>,
     ) -> [f64; NETWORKS] {
-        // Clipping needs the norm of the whole gradient before the first parameter moves; otherwise each range of parameters
-        // is summed up and moved while the cache holds it.
-        let clipped = step.max_norm.map(|max_norm| {
-            let networks = networks.each_mut().map(|network| &mut **network);
-            let norms = self.sum(workers, networks, parts);
-            let scales = norms.map(|norm| T::from_f64((max_norm / (norm + 1e-6)).min(1.0)));
-            (norms, scales)
-        });
-        let scales = clipped.map_or([T::ONE; NETWORKS], |(_, scales)| scales);
         let steps = networks.each_mut().map(|network| {
             network.steps += 1;
             AdamStep::new(network.steps, step.learning_rate)
@@ -127,20 +116,17 @@ impl Optimiser {
                 },
             ]
         });
-        let norms = self.for_each_range(
+        self.for_each_range(
             workers,
             slices,
             |network,
              from,
              [gradient, parameters, first_moment, second_moment, follower],
              square| {
-                if clipped.is_none() {
-                    add_up(parts[network], from, gradient);
-                    *square = adam::sum_of_squares(gradient).to_f64();
-                }
+                add_up(parts[network], from, gradient);
+                *square = adam::sum_of_squares(gradient).to_f64();
                 adam::descend(
                     steps[network],
-                    scales[network],
                     gradient,
                     parameters,
                     first_moment,
@@ -148,8 +134,7 @@ impl Optimiser {
                 );
                 adam::follow(rates[network], parameters, follower);
             },
-        );
-        clipped.map_or(norms, |(norms, _)| norms)
+        )
     }
 
     /// Runs a task for each range of the networks' slices; gives the roots of the sums of what it left for each network.

@@ -82,7 +82,7 @@ impl Controller {
 
     fn write_onnx(&self, path: PathBuf) -> PyResult<()> {
         let bytes = gaitshift_export::onnx(&self.controller).map_err(value_error)?;
-        std::fs::write(&path, bytes).map_err(|e| os_error(&e, &path))
+        gaitshift_analysis::write_whole(&path, &bytes).map_err(|e| os_error(&e, &path))
     }
 
     /// One observation (14,) or several (n, 14).

@@ -105,7 +105,7 @@ impl Recording {
 
     fn write_npz(&self, path: PathBuf) -> PyResult<()> {
         let bytes = gaitshift_export::npz(&self.0).map_err(PyOSError::new_err)?;
-        std::fs::write(&path, bytes).map_err(|e| os_error(&e, &path))
+        gaitshift_analysis::write_whole(&path, &bytes).map_err(|e| os_error(&e, &path))
     }
 
     #[getter]

@@ -71,14 +71,13 @@ def test_actions_equal_the_policys(controller):
     np.testing.assert_allclose(one, ours[:1], atol=3 * rounding)
 
 
-def test_a_network_with_layer_normalisation(program, tmp_path):
-    (tmp_path / "normed.toml").write_text(
+def test_a_network_of_other_sizes(program, tmp_path):
+    (tmp_path / "sizes.toml").write_text(
         "\n".join(
             [
-                'name = "normed"',
+                'name = "sizes"',
                 "[learner]",
                 "actor_hidden = [24, 16, 8]",
-                "actor_layer_norm = true",
                 "[training]",
                 "learning_starts = 100",
                 "replay_capacity = 10000",
@@ -90,7 +89,7 @@ def test_a_network_with_layer_normalisation(program, tmp_path):
             ]
         )
     )
-    program("train", tmp_path / "normed.toml", "--out", tmp_path / "run", cwd=tmp_path)
+    program("train", tmp_path / "sizes.toml", "--out", tmp_path / "run", cwd=tmp_path)
     path = tmp_path / "run" / "controller-last.safetensors"
     controller = gaitshift.Controller.load(path)
     observations = np.random.default_rng(2).normal(size=(500, 14)) / np.array(gaitshift.OBSERVATION_SCALE)

@@ -53,7 +53,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let config = SacConfig {
         actor_hidden: vec![hidden; 2],
         critic_hidden: vec![hidden; 2],
-        actor_layer_norm: layer_norm,
         critic_layer_norm: layer_norm,
         threads,
         ..SacConfig::default()

@@ -38,8 +38,6 @@ pub struct SacConfig {
     pub actor_hidden: Vec<usize>,
     /// Units of each hidden layer of each critic.
     pub critic_hidden: Vec<usize>,
-    /// Layer normalisation in the actor.
-    pub actor_layer_norm: bool,
     /// Layer normalisation in the critics.
     pub critic_layer_norm: bool,
     /// Learning rate of Adam for actor and critics.
@@ -54,8 +52,6 @@ pub struct SacConfig {
     pub n_step: usize,
     /// Weight of the entropy.
     pub temperature: Temperature,
-    /// Greatest norm of the gradient of each network; none by default.
-    pub max_grad_norm: Option<f64>,
     /// Threads of an update, the calling one included; changes the speed and never the result.
     pub threads: usize,
 }
@@ -65,7 +61,6 @@ impl Default for SacConfig {
         Self {
             actor_hidden: vec![128, 128],
             critic_hidden: vec![128, 128],
-            actor_layer_norm: false,
             critic_layer_norm: false,
             learning_rate: default_learning_rate(),
             gamma: 0.99,
@@ -73,7 +68,6 @@ impl Default for SacConfig {
             batch_size: 256,
             n_step: 1,
             temperature: Temperature::Fixed { alpha: 0.2 },
-            max_grad_norm: None,
             threads: 1,
         }
     }
@@ -181,14 +175,6 @@ impl SacConfig {
                     "above 0",
                 )?;
             }
-        }
-        if let Some(norm) = self.max_grad_norm {
-            require(
-                norm.is_finite() && norm > 0.0,
-                "max_grad_norm",
-                &norm,
-                "above 0",
-            )?;
         }
         require(
             (1..=256).contains(&self.threads),

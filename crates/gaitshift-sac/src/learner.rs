@@ -38,18 +38,15 @@ pub struct UpdateStats {
     /// mean (α ln π − min Q), of the last update in which the actor learned, as all below.
     pub actor_loss: f64,
     /// mean |μ(s) − a|² over the rehearsed pairs, unweighted; 0 when none are rehearsed.
-    #[serde(default)]
     pub rehearsal_loss: f64,
     /// −mean ln π, in nats.
     pub entropy: f64,
     /// α that this update used.
     pub alpha: f64,
-    /// Norm of each critic's gradient, before clipping.
+    /// Norm of each critic's gradient.
     pub critic_gradient_norm: [f64; 2],
-    /// Norm of the actor's gradient, before clipping.
+    /// Norm of the actor's gradient.
     pub actor_gradient_norm: f64,
-    /// Whether the actor learned in this update.
-    pub actor_updated: bool,
 }
 
 /// Standard normal numbers of an update.
@@ -249,7 +246,7 @@ pub(crate) fn actor_shape(
         inputs: observation_size,
         hidden: config.actor_hidden.clone(),
         outputs: 2 * action_size,
-        layer_norm: config.actor_layer_norm,
+        layer_norm: false,
     }
 }
 

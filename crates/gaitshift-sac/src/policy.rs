@@ -5,7 +5,6 @@ use std::iter;
 use gaitshift_nn::{Activations, Mlp, MlpShape, NamedTensor};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::config::require;
 use crate::error::SacError;
 use crate::gaussian;
 use crate::losses::CHUNK;
@@ -111,6 +110,7 @@ impl Policy {
         let sizes = |size: usize| (1..=1usize << 16).contains(&size);
         let hidden = !shape.hidden.is_empty() && shape.hidden.iter().all(|&units| sizes(units));
         if !(hidden
+            && !shape.layer_norm
             && sizes(shape.inputs)
             && sizes(shape.outputs)
             && shape.outputs.is_multiple_of(2))
@@ -146,17 +146,8 @@ impl Policy {
 
     /// The mean of this policy and its mirror image, `(f(o) + M f(M o)) / 2` for the outputs `f` before the tanh: a policy
     /// that commutes with the mirror up to rounding. Every hidden layer has twice the units, its halves unconnected.
-    ///
-    /// # Errors
-    /// With layer normalisation, which would be over all units instead of each half.
-    pub fn mean_with_mirror_image(&self, mirror: &Mirror) -> Result<Self, SacError> {
+    pub fn mean_with_mirror_image(&self, mirror: &Mirror) -> Self {
         let shape = self.shape();
-        require(
-            !shape.layer_norm,
-            "actor_layer_norm",
-            &shape.layer_norm,
-            "false for a mean of the actor and its mirror image",
-        )?;
         let outputs = mirror.actor_outputs();
         let doubled = |tensor: &NamedTensor<f32>| -> Vec<f32> {
             let values = &tensor.values;
@@ -208,7 +199,7 @@ impl Policy {
             .collect();
         let mut network = Mlp::zeros(doubled_shape);
         network.load_tensors(&tensors);
-        Ok(Self::new(network))
+        Self::new(network)
     }
 
     /// Sizes of the network; it has two outputs per action.

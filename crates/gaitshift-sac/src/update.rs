@@ -53,7 +53,6 @@ impl<T: Scalar> Learner<T> {
         length("noise.current", noise.current.len(), numbers)?;
         self.updates += 1;
         self.stats.alpha = self.temperature.alpha;
-        self.stats.actor_updated = false;
 
         self.critic_losses(fill, noise.next);
         self.step_critics();
@@ -61,7 +60,6 @@ impl<T: Scalar> Learner<T> {
             self.actor_losses(noise.current);
             self.step_actor();
             self.step_temperature();
-            self.stats.actor_updated = true;
         }
         self.check_finite()?;
         Ok(self.stats)
@@ -118,7 +116,6 @@ impl<T: Scalar> Learner<T> {
             [parts_1, parts_2],
             Step {
                 learning_rate: self.config.learning_rate,
-                max_norm: self.config.max_grad_norm,
                 followers: [Some((rate, target_1)), Some((rate, target_2))],
             },
         );
@@ -178,7 +175,6 @@ impl<T: Scalar> Learner<T> {
             [&self.actor_parts[..parts]],
             Step {
                 learning_rate: self.config.learning_rate,
-                max_norm: self.config.max_grad_norm,
                 followers: [None],
             },
         );
@@ -224,14 +220,7 @@ impl<T: Scalar> Learner<T> {
             [state.second_moment],
         );
         let step = AdamStep::new(state.steps, learning_rate);
-        adam::descend(
-            step,
-            1.0,
-            &[gradient],
-            &mut log_alpha,
-            &mut first,
-            &mut second,
-        );
+        adam::descend(step, &[gradient], &mut log_alpha, &mut first, &mut second);
         [state.log_alpha] = log_alpha;
         [state.first_moment] = first;
         [state.second_moment] = second;

@@ -52,7 +52,6 @@ fn config(threads: usize) -> SacConfig {
     SacConfig {
         actor_hidden: vec![20, 33],
         critic_hidden: vec![40, 17],
-        actor_layer_norm: true,
         critic_layer_norm: true,
         learning_rate: 1e-3,
         batch_size: 200,
@@ -62,7 +61,6 @@ fn config(threads: usize) -> SacConfig {
             target_entropy: None,
             learning_rate: 1e-3,
         },
-        max_grad_norm: Some(1.0),
         threads,
         ..SacConfig::default()
     }
@@ -292,7 +290,6 @@ fn acting_noise_is_white_and_standard_normal() {
 fn divergence_is_an_error_that_says_so() {
     let config = SacConfig {
         learning_rate: 1e30,
-        actor_layer_norm: false,
         critic_layer_norm: false,
         ..config(1)
     };

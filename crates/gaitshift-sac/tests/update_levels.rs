@@ -1,5 +1,5 @@
 //! Leaving out the zeros of rectified layers changes nothing but the speed, nor does AVX-512: after some updates all networks
-//! are the same to the bit as without AVX-512, and as when every zero is multiplied, with and without layer normalisation,
+//! are the same to the bit as without AVX-512, and as when every zero is multiplied, with and without layer normalisation in the critics,
 //! with two and three hidden layers.
 
 use gaitshift_nn::simd::{Level, limit};
@@ -16,7 +16,6 @@ fn trained(hidden: &[usize], layer_norm: bool) -> Vec<NamedTensor<f32>> {
     let config = SacConfig {
         actor_hidden: hidden.to_vec(),
         critic_hidden: hidden.to_vec(),
-        actor_layer_norm: layer_norm,
         critic_layer_norm: layer_norm,
         batch_size: ROWS,
         learning_rate: 3e-3,

@@ -75,13 +75,6 @@ impl Experiment {
                  \"fixed\""
             )));
         }
-        if t.symmetry == Symmetry::Replay && self.learner.actor_layer_norm {
-            return Err(value_error(
-                "`training.symmetry` is \"replay\", whose controller is the mean of the actor and its mirror image; that \
-                 needs `learner.actor_layer_norm = false`"
-                    .to_owned(),
-            ));
-        }
         let countable = |steps: u64| (1..=1_000_000_000_000_000).contains(&steps);
         let ranges = [
             (

@@ -189,7 +189,7 @@ impl Training {
         };
         folder.write_json(&folder.pending(STATE), &state)?;
         folder.commit_checkpoint()?;
-        self.controller()?
+        self.controller()
             .write(&folder.file("controller-last.safetensors"))?;
         lap(&mut from, &mut self.counters.parts.checkpointing_s);
         Ok(())
@@ -225,7 +225,6 @@ fn same_network(a: &Agent, b: &Agent) -> bool {
         let hidden = (c.actor_hidden.clone(), c.critic_hidden.clone());
         (
             hidden,
-            c.actor_layer_norm,
             c.critic_layer_norm,
             c.n_step,
             c.batch_size,

@@ -86,7 +86,6 @@ pub struct Counters {
     pub best_step: u64,
     pub best_met: usize,
     /// How often the disturbances were edited by which controllers are chosen.
-    #[serde(default)]
     pub disturbance_edits: u32,
     /// Of the best walk so far, which is kept where the walk is going to be rehearsed.
     pub walking_score: f64,
@@ -131,7 +130,6 @@ pub struct Recent {
     pub steps: u64,
     pub terms: [f64; RewardTerms::NAMES.len()],
     /// Those of one's own.
-    #[serde(default)]
     pub extra_terms: [f64; MOST_EXTRA],
     pub updates: u64,
     pub critic_loss: f64,

@@ -7,7 +7,7 @@ use crate::controller::{Controller, Deterministic};
 use crate::provenance::Provenance;
 use crate::rehearsal::best_walk;
 use crate::run_folder::{Disturbed, Logs, TrainingError};
-use gaitshift_sac::{Policy, SacError};
+use gaitshift_sac::Policy;
 use gaitshift_task::{
     ACTION_SIZE, EndReason, EnvironmentBatch, OBSERVATION_SIZE, scale_observation,
 };
@@ -38,18 +38,18 @@ pub(crate) fn rank(
 
 impl Training {
     /// The policy that is judged and kept: where what was learned is mirrored, the mean of the actor and its mirror image.
-    fn policy(&self) -> Result<Policy, SacError> {
+    fn policy(&self) -> Policy {
         let policy = self.agent.policy();
         match self.agent.mirror() {
             Some(mirror) => policy.mean_with_mirror_image(mirror),
-            None => Ok(policy),
+            None => policy,
         }
     }
 
     /// The controller so far, with where it comes from.
-    pub(super) fn controller(&self) -> Result<Controller, SacError> {
-        Ok(Controller {
-            policy: self.policy()?,
+    pub(super) fn controller(&self) -> Controller {
+        Controller {
+            policy: self.policy(),
             body: self.experiment.body.clone(),
             task: self.experiment.task.clone(),
             provenance: Provenance {
@@ -62,7 +62,7 @@ impl Training {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 edits: self.edits.clone(),
             },
-        })
+        }
     }
 
     /// Judges the controller and keeps the best.
@@ -72,7 +72,7 @@ impl Training {
         logs: &mut Logs,
     ) -> Result<(), TrainingError> {
         let mut from = Instant::now();
-        let mut controller = self.controller()?;
+        let mut controller = self.controller();
         let judgement = self.judge(&mut controller.policy)?;
         controller.write(&self.folder.evaluated(self.counters.step)?)?;
         self.keep_best_walk(&mut controller)?;

@@ -76,7 +76,7 @@ class SAC:
             temperature: weight of the entropy: a number, ``"auto"`` to hold an entropy of ``-action_size``, or a table as
                 ``[learner.temperature]`` of an experiment.
             threads: of an update; they change the speed, never the result.
-            **settings: any other key of ``[learner]``, such as ``n_step``, ``critic_layer_norm``, ``max_grad_norm``.
+            **settings: any other key of ``[learner]``, such as ``n_step``, ``critic_layer_norm``.
 
         Raises:
             ValueError: an unknown setting or a value out of range.
