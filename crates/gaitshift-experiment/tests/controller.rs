@@ -99,7 +99,7 @@ fn what_comes_with_the_program_is_read_by_name() {
 }
 
 #[test]
-fn controllers_of_earlier_versions_are_read_unless_their_reward_is_another() {
+fn controllers_of_earlier_versions_are_read_unless_their_reward_or_network_is_another() {
     // This one has keys that are no more, none of which changes its reward.
     let bytes = include_bytes!("old-controller.safetensors").to_vec();
     let path = Path::new("old.safetensors");
@@ -121,6 +121,11 @@ fn controllers_of_earlier_versions_are_read_unless_their_reward_is_another() {
             "speed_limit_m_per_s",
             r#"speed_limit_m_per_s\":0.00"#,
             r#"speed_limit_m_per_s\":2.65"#,
+        ),
+        (
+            "layer normalisation",
+            r#"layer_norm\":false"#,
+            r#"layer_norm\":true "#,
         ),
     ] {
         let error = altered(from, to).unwrap_err().to_string();

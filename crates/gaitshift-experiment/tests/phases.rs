@@ -196,6 +196,16 @@ fn a_key_that_went_elsewhere_is_answered_by_where() {
             "no longer exists",
         ),
         (
+            "[learner]\nactor_layer_norm = true\n",
+            "actor_layer_norm",
+            "no longer exists",
+        ),
+        (
+            "[learner]\nmax_grad_norm = 1.0\n",
+            "max_grad_norm",
+            "no longer exists",
+        ),
+        (
             "[training]\naverage_evaluations = 3\n",
             "average_evaluations",
             "no longer exists",

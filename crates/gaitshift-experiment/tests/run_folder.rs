@@ -356,15 +356,15 @@ fn a_state_of_another_version_is_refused() {
     fs::write(folder.join("config.toml"), &old).unwrap();
     fs::write(folder.join("checkpoint/config.toml"), &old).unwrap();
     for other in [
-        state.replacen("gaitshift-run 4", "gaitshift-run 1", 1),
-        state.replacen("\"format\": \"gaitshift-run 4\",", "", 1),
+        state.replacen("gaitshift-run 5", "gaitshift-run 1", 1),
+        state.replacen("\"format\": \"gaitshift-run 5\",", "", 1),
     ] {
         assert_ne!(other, state);
         fs::write(&path, other).unwrap();
         let error = Training::resume(&folder).unwrap_err().to_string();
         assert!(
             error.contains("state.json")
-                && error.contains("gaitshift-run 4")
+                && error.contains("gaitshift-run 5")
                 && error.contains("new run"),
             "{error}"
         );

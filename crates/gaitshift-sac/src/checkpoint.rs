@@ -30,7 +30,7 @@ const REHEARSAL: [&str; 2] = ["rehearsal.observations", "rehearsal.actions"];
 /// More updates than any run makes: counting on from there does not overflow.
 const MOST_UPDATES: u64 = 1 << 62;
 /// Version of both formats.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -11,7 +11,7 @@ pub(crate) fn parse_error(origin: &str, message: &str) -> ConfigError {
 }
 
 /// Names of earlier versions and what has become of them. A name that could stand elsewhere has one that stood beside it.
-const GONE: [(&str, &str, &str); 27] = [
+const GONE: [(&str, &str, &str); 29] = [
     (
         "schedule",
         "symmetry",
@@ -21,34 +21,36 @@ const GONE: [(&str, &str, &str); 27] = [
     ("after_steps", "states", REHEARSAL_OF_PHASES),
     ("weight", "states", REHEARSAL_OF_PHASES),
     ("entropy_command_divisor", "", ENTROPY_OF_PHASES),
-    ("entropy_share_at_zero", "", NO_GAIN),
-    ("actor_average_decay", "", NO_GAIN),
-    ("average_evaluations", "", NO_GAIN),
-    ("horizon_command_divisor", "", NO_GAIN),
-    ("horizon_share_floor", "", NO_GAIN),
-    ("alive_command_factor", "", NO_GAIN),
-    ("energy_command_divisor", "", NO_GAIN),
-    ("energy_reference_period_s", "", NO_GAIN),
-    ("noise_correlation", "", NO_GAIN),
-    ("actor_every", "", NO_GAIN),
-    ("focus", "", NO_GAIN),
-    ("focus_share", "", NO_GAIN),
-    ("omega_e_floor", "", NO_GAIN),
-    ("scale", "omega_e", NO_GAIN),
+    ("entropy_share_at_zero", "", UNUSED),
+    ("actor_average_decay", "", UNUSED),
+    ("actor_layer_norm", "", UNUSED),
+    ("max_grad_norm", "", UNUSED),
+    ("average_evaluations", "", UNUSED),
+    ("horizon_command_divisor", "", UNUSED),
+    ("horizon_share_floor", "", UNUSED),
+    ("alive_command_factor", "", UNUSED),
+    ("energy_command_divisor", "", UNUSED),
+    ("energy_reference_period_s", "", UNUSED),
+    ("noise_correlation", "", UNUSED),
+    ("actor_every", "", UNUSED),
+    ("focus", "", UNUSED),
+    ("focus_share", "", UNUSED),
+    ("omega_e_floor", "", UNUSED),
+    ("scale", "omega_e", UNUSED),
     (
         "speed_limit_m_per_s",
         "",
         "no recipe needs it any more; remove it, or say it with `[[task.reward.extra]]`: `expression = \"-2 * omega_v * max(x_velocity_m_per_s - 2.5, 0)\"`",
     ),
-    ("start_speed_m_per_s", "", NO_GAIN),
+    ("start_speed_m_per_s", "", UNUSED),
     (
         "redraw_interval_s",
         "reward_end",
         "phases have no interval of their own; `curriculum.command.redraw_interval_s` is that of all",
     ),
-    ("mirror_loss_weight", "", NO_GAIN),
-    ("loss", "replay", NO_GAIN),
-    ("network", "replay", NO_GAIN),
+    ("mirror_loss_weight", "", UNUSED),
+    ("loss", "replay", UNUSED),
+    ("network", "replay", UNUSED),
     (
         "mirrored_fraction",
         "",
@@ -62,7 +64,7 @@ const GONE: [(&str, &str, &str); 27] = [
     ),
 ];
 
-const NO_GAIN: &str = "it showed no benefit and no longer exists; remove it";
+const UNUSED: &str = "no recipe uses it, and it no longer exists; remove it";
 
 const REHEARSAL_OF_PHASES: &str =
     "the weight is now set in the phases that rehearse: `learner = { rehearsal = 10 }`";

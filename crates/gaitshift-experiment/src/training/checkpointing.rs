@@ -13,7 +13,7 @@ use std::path::Path;
 use std::time::Instant;
 
 /// Version of [`CheckpointState`].
-const FORMAT: &str = "gaitshift-run 4";
+const FORMAT: &str = "gaitshift-run 5";
 
 /// The part of a state that is read before the rest.
 #[derive(Deserialize)]
