@@ -157,6 +157,16 @@ impl Sweep {
         if file.seeds.is_empty() {
             return Err(wrong("`seeds` must have at least one entry".to_owned()));
         }
+        if let Some(seed) = file
+            .seeds
+            .iter()
+            .find(|seed| i64::try_from(**seed).is_err())
+        {
+            return Err(wrong(format!(
+                "`seeds` holds {seed}, but a seed must be at most {}",
+                i64::MAX
+            )));
+        }
         if let Some(seed) = repeated(&file.seeds) {
             return Err(wrong(format!("`seeds` holds {seed} twice")));
         }

@@ -106,6 +106,11 @@ fn a_mistake_is_named_with_its_variant() {
         ("friction = 0.3", "fricton = 0.3", "variant `on ice/snow`"),
         ("friction = 0.3", "friction = -1.0", "friction"),
         ("seeds = [1, 2]", "seeds = [2, 2]", "`seeds` holds 2 twice"),
+        (
+            "seeds = [1, 2]",
+            "seeds = \"18446744073709551615\"",
+            "must be at most 9223372036854775807",
+        ),
         ("seeds = [1, 2]", "seeds = []", "at least one entry"),
         (
             "seeds = [1, 2]",
