@@ -132,7 +132,7 @@ fn altered_headers() {
     let files = files();
     let path = files.folder.path().join("altered");
     for (old, new, cause) in [
-        (r#"\"format\":4"#, r#"\"format\":7"#, "has format 7"),
+        (r#"\"format\":5"#, r#"\"format\":7"#, "has format 7"),
         (
             "\"critic_2.output.bias\"",
             "\"critic_2.outPUT.bias\"",
