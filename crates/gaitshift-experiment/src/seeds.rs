@@ -3,6 +3,9 @@
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
 
+/// The greatest seed of a run, which is the greatest number that a TOML file holds: its configuration is written and read again.
+pub(crate) const GREATEST: u64 = i64::MAX.unsigned_abs();
+
 /// Most seeds of one range.
 const MOST_IN_RANGE: u64 = 1000;
 

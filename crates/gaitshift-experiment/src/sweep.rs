@@ -14,7 +14,7 @@ use crate::config::{ConfigError, Experiment, did_you_mean, overlay, read};
 use crate::durable;
 use crate::provenance::portable_command;
 use crate::run_folder::{REPORT, RunFolder, TrainingError};
-use crate::seeds::listed;
+use crate::seeds::{GREATEST, listed};
 use crate::tensorboard::{Setting, settings_file};
 use crate::training::{Observer, RunReport, Training};
 use serde::Deserialize;
@@ -157,14 +157,9 @@ impl Sweep {
         if file.seeds.is_empty() {
             return Err(wrong("`seeds` must have at least one entry".to_owned()));
         }
-        if let Some(seed) = file
-            .seeds
-            .iter()
-            .find(|seed| i64::try_from(**seed).is_err())
-        {
+        if let Some(seed) = file.seeds.iter().find(|seed| **seed > GREATEST) {
             return Err(wrong(format!(
-                "`seeds` holds {seed}, but a seed must be at most {}",
-                i64::MAX
+                "`seeds` holds {seed}, but a seed must be at most {GREATEST}"
             )));
         }
         if let Some(seed) = repeated(&file.seeds) {

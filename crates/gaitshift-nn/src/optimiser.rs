@@ -81,8 +81,7 @@ impl Optimiser {
             .each_mut()
             .map(|network| [&mut network.gradient[..]]);
         self.for_each_range(workers, gradients, |network, from, [gradient], square| {
-            add_up(parts[network], from, gradient);
-            *square = adam::sum_of_squares(gradient).to_f64();
+            *square = add_up(parts[network], from, gradient);
         })
     }
 
@@ -123,8 +122,7 @@ impl Optimiser {
              from,
              [gradient, parameters, first_moment, second_moment, follower],
              square| {
-                add_up(parts[network], from, gradient);
-                *square = adam::sum_of_squares(gradient).to_f64();
+                *square = add_up(parts[network], from, gradient);
                 adam::descend(
                     steps[network],
                     gradient,
@@ -155,8 +153,8 @@ impl Optimiser {
     }
 }
 
-/// gradient ← Σ of the parts from `from` on, in their order, two of them in one pass.
-fn add_up<T: Scalar>(parts: &[impl AsRef<[T]>], from: usize, gradient: &mut [T]) {
+/// gradient ← Σ of the parts from `from` on, in their order, two of them in one pass. Gives the sum of its squares.
+fn add_up<T: Scalar>(parts: &[impl AsRef<[T]>], from: usize, gradient: &mut [T]) -> f64 {
     let range = from..from + gradient.len();
     let rest = match parts {
         [a, b, rest @ ..] => {
@@ -176,4 +174,5 @@ fn add_up<T: Scalar>(parts: &[impl AsRef<[T]>], from: usize, gradient: &mut [T])
             _ => adam::add(part(0), gradient),
         }
     }
+    adam::sum_of_squares(gradient).to_f64()
 }

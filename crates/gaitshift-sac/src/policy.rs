@@ -255,7 +255,7 @@ pub enum PolicyError {
     /// Impossible sizes.
     #[error(
         "a policy cannot have the sizes {shape:?}: every size must be from 1 to 65536, there must be a hidden layer, \
-         and two outputs per action"
+         two outputs per action, and no layer normalisation"
     )]
     Shape {
         /// The sizes.

@@ -1,6 +1,7 @@
 //! Which experiments can be trained, and which are probably not meant.
 
 use super::{ConfigError, Experiment, Symmetry};
+use crate::seeds::GREATEST;
 use gaitshift_analysis::GaitClass;
 use gaitshift_body::Body;
 use gaitshift_sac::Temperature;
@@ -34,12 +35,10 @@ impl Experiment {
             origin: origin(),
             message,
         };
-        if i64::try_from(self.seed).is_err() {
-            // The greatest number that a TOML file holds: the run's configuration could be written, but not read again.
+        if self.seed > GREATEST {
             return Err(value_error(format!(
-                "`seed` is {}, but it must be at most {}",
-                self.seed,
-                i64::MAX
+                "`seed` is {}, but it must be at most {GREATEST}",
+                self.seed
             )));
         }
         let unbounded = |phase: &Phase| {
