@@ -207,10 +207,11 @@ fn units_that_were_mistaken_are_warned_of() {
 fn a_reward_with_which_falling_pays_is_warned_of() {
     let extra = |weight: f64| {
         format!(
-            "base = \"fast\"\n[[task.reward.extra]]\nname = \"mine\"\nweight = {weight}\nexpression = \"-1\"\n"
+            "base = \"fast\"\n[[task.reward.extra]]\nname = \"mine\"\nweight = {weight:?}\nexpression = \"-1\"\n"
         )
     };
     warned(&extra(1000.0), &["falling pays", "`c2`"]);
+    warned(&extra(1e300), &["earns -1.0e300 on average"]);
     let small = review(&extra(0.1)).warnings;
     assert!(
         !small.iter().any(|w| w.contains("falling pays")),

@@ -256,8 +256,13 @@ fn first_period(e: &Experiment) -> Vec<String> {
         }
     }
     if reward < 0.0 {
+        let earned = if reward > -1e6 {
+            format!("{reward:.3}")
+        } else {
+            format!("{reward:.1e}")
+        };
         warnings.push(format!(
-            "the first step of an episode earns {reward:.3} on average, less than 0: falling pays, since nothing comes after it; \
+            "the first step of an episode earns {earned} on average, less than 0: falling pays, since nothing comes after it; \
              make what costs smaller, or `c2`, which being alive earns, greater"
         ));
     }
