@@ -389,7 +389,7 @@ fn every_key_that_is_printed_can_be_changed() {
                 Value::Integer(i) => vec![(2 * i).into(), (i + 1).into(), (i / 2).into()],
                 Value::Float(x) => vec![(0.5 * x).into(), (2.0 * x).into(), (x + 0.01).into()],
                 Value::Boolean(b) => vec![(!b).into()],
-                Value::String(_) => ["none", "angles", "auto", "other"]
+                Value::String(_) => ["none", "angles", "auto", "other", "theta_rad"]
                     .map(Value::from)
                     .to_vec(),
                 _ => panic!("{path}"),
@@ -399,9 +399,10 @@ fn every_key_that_is_printed_can_be_changed() {
                 *at(&mut whole, path) = other;
                 Experiment::parse(&toml::to_string(&whole).unwrap(), "e.toml").is_ok()
             });
-            // α has another name where the entropy is learned; and criteria refer to one another.
+            // α has another name where the entropy is learned; criteria refer to one another, phases to terms of one's own.
             let tie = |name: &str| ["from", "to", "omega_v", "gait"].contains(&name);
             let tied = path.ends_with("temperature.kind")
+                || path.starts_with(".task.reward.extra") && path.ends_with(".name")
                 || path.starts_with(".criteria") && path.split('.').any(tie);
             assert!(accepted || tied, "{name}: {path}");
             changed += 1;

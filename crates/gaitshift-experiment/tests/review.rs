@@ -64,7 +64,12 @@ fn a_recipe_on_another_differs_from_that() {
     // Three dozen values are one sentence.
     assert_eq!(
         review.differences,
-        ["`curriculum.phases`, 4 of 16000000 steps in all instead of 3 of 10000000 steps in all"]
+        [
+            "`task.reward.extra[0].expression` from nothing to \"min(x_velocity_m_per_s, 0.3)\"",
+            "`task.reward.extra[0].name` from nothing to \"going_on\"",
+            "`task.reward.extra[0].weight` from nothing to 0.0",
+            "`curriculum.phases`, 4 of 16000000 steps in all instead of 3 of 10000000 steps in all",
+        ]
     );
     let set = ["curriculum.phases.III.randomization.share=0.5".to_owned()];
     let text = "base = \"robust\"\n[curriculum.phases.III.randomization]\nshare = 0.5\nactuator_factor = [0.8, 1]\n";
