@@ -41,9 +41,10 @@ def asymmetries(evaluation: dict) -> list[float]:
     return [row["step_time_asymmetry"] or 0.0 for row in evaluation["rows"]]
 
 
-def rank(evaluation: dict) -> tuple[float, float]:
-    """The order in which a run without randomization keeps its controllers."""
-    return evaluation["score"], -max(asymmetries(evaluation))
+def kept(run: Path, made: list[dict]) -> dict:
+    """The evaluation whose controller the run keeps."""
+    step = json.loads((run / "report.json").read_text())["best_step"]
+    return next(evaluation for evaluation in made if evaluation["step"] == step)
 
 
 def has_both_gaits(evaluation: dict) -> bool:
@@ -59,27 +60,26 @@ def falling_share(run: Path) -> float:
     return sum(ended != "time limit" for ended in late) / len(late)
 
 
-def random_falls(run: Path) -> tuple[int, int]:
+def random_falls(run: Path) -> int:
     command = ["gaitshift", "evaluate", "--controller", str(run / "controller.safetensors"), "--seed", "1..12", "--json"]
     rows = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)["rows"]
-    return sum(row["fell"] for row in rows), len(rows)
+    return sum(row["fell"] for row in rows)
 
 
 def of_run(run: Path) -> list[str]:
     made = evaluations(run)
-    best = max(made, key=rank)
+    best = kept(run, made)
     both = next((f"{e['step'] / 1e6:.2f}" for e in made if has_both_gaits(e)), "–")
     good = sum(e["met"] >= len(e["checks"]) - 2 for e in made[-12:])
     ran = next((row for row in best["rows"] if row["asked"] == "running"), None)
     cost = f"{ran['cost_of_transport']:.3f}" if ran and ran["gait"] == "running" else "–"
-    fell, _ = random_falls(run)
     return [
         str(best["met"]),
         str(made[-1]["met"]),
         both,
         str(good),
         f"{100 * falling_share(run):.1f}",
-        str(fell),
+        str(random_falls(run)),
         f"{max(row['froude'] or 0.0 for row in best['rows']):.2f}",
         cost,
         str(sum(a > 0.05 for a in asymmetries(best))),
