@@ -32,13 +32,20 @@ pub fn load_controller(path: Option<&Path>) -> Result<Controller, Failure> {
         Some(path) => Controller::read(path),
         None => Controller::shipped(),
     };
-    if let Some(path) = path.filter(|path| controller.is_ok() && Controller::is_unevaluated(path)) {
+    if let Some(path) = path.filter(|_| controller.is_ok()) {
+        note_if_unevaluated(path);
+    }
+    controller.map_err(Failure::input)
+}
+
+/// Says that what stands for a run is its last controller, where it has no best one yet.
+pub fn note_if_unevaluated(path: &Path) {
+    if Controller::is_unevaluated(path) {
         output::note(&format!(
             "{}: not evaluated yet, so there is no best controller; this is that of the last checkpoint",
             path.display()
         ));
     }
-    controller.map_err(Failure::input)
 }
 
 impl Subject {

@@ -2,6 +2,7 @@
 
 use crate::arguments::{ReportArguments, distinct_paths};
 use crate::failure::Failure;
+use crate::motion::note_if_unevaluated;
 use crate::output;
 use crate::progress::duration;
 use gaitshift_report::{Plan, RecordedExperiment, ReportError, Subject, Work, write_report};
@@ -12,6 +13,9 @@ use std::time::Instant;
 pub fn run(arguments: &ReportArguments) -> Result<(), Failure> {
     distinct_paths(&arguments.items).map_err(Failure::input)?;
     let mut subjects = Subject::read_all(&arguments.items).map_err(failure)?;
+    for path in &arguments.items {
+        note_if_unevaluated(path);
+    }
     let plan = if arguments.quick {
         Plan::quick()
     } else {

@@ -21,7 +21,6 @@ fn what_cannot_be_reported_on_is_one_error() {
     assert!(!error.contains("steady motions"), "{error}");
 }
 
-/// A table with its cells by the names of its columns.
 // The page's numbers took the place of the run's own report.
 #[test]
 fn a_report_is_not_written_into_a_run() {
@@ -34,6 +33,19 @@ fn a_report_is_not_written_into_a_run() {
     );
 }
 
+#[test]
+fn a_run_without_a_best_controller_is_said_to_have_none() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("run")).unwrap();
+    let shipped = include_bytes!("../../gaitshift-experiment/controllers/biped.safetensors");
+    place.write("run/controller-last.safetensors", shipped);
+    place.write("file", "");
+    let output = place.output("report --quick run --out file");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(error.contains("run: not evaluated yet"), "{error}");
+}
+
+/// A table with its cells by the names of its columns.
 fn table(place: &Place, name: &str) -> Vec<Value> {
     let table: Value = serde_json::from_slice(&place.read(name)).unwrap();
     let columns = table["columns"].as_array().unwrap();
