@@ -3,12 +3,12 @@
     gaitshift sweep experiments/recipe/leave_one_out.toml
     python experiments/recipe/rows.py runs/leave-one-out/*
 
-Each argument is a folder of runs, one for each seed. A row gives, seed by seed: the criteria met by the kept
-controller and at the end; from which step on the run walks at the lowest command and runs at the one where a
-run is asked; how many of the last twelve evaluations meet all but two criteria; the share of training
-episodes of the last million steps that fall; of the kept controller, how many of the motions from twelve
-random starts at each command fall, the greatest Froude number, the cost of transport of the run, and at how
-many commands the step times of right and left differ by more than 5 %.
+Each argument is a folder of runs, one for each seed, as `seed-7`; files are passed over. A row gives, seed by
+seed: the criteria met by the kept controller and at the end; from which step on the run walks at the lowest
+command and runs at the one where a run is asked; how many of the last twelve evaluations meet all but two
+criteria; the share of training episodes of the last million steps that fall; of the kept controller, how many
+of the motions from twelve random starts at each command fall, the greatest Froude number, the cost of transport
+of the run, and at how many commands the step times of right and left differ by more than 5 %.
 """
 
 from __future__ import annotations
@@ -89,8 +89,10 @@ def of_run(run: Path) -> list[str]:
 def main() -> None:
     print("| " + " | ".join(HEADINGS) + " |")
     print("| " + " | ".join("---" for _ in HEADINGS) + " |")
-    for folder in map(Path, sys.argv[1:]):
-        runs = sorted(run for run in folder.iterdir() if (run / "evaluations.jsonl").is_file())
+    # A sweep's own tables lie beside its variants.
+    for folder in filter(Path.is_dir, map(Path, sys.argv[1:])):
+        runs = [run for run in folder.iterdir() if (run / "evaluations.jsonl").is_file()]
+        runs.sort(key=lambda run: int(run.name.rpartition("-")[2]))
         columns = zip(*map(of_run, runs), strict=True)
         print(f"| {folder.name} | " + " | ".join(", ".join(column) for column in columns) + " |", flush=True)
 
