@@ -1,5 +1,5 @@
-"""Contract: experiments/recipe/rows.py takes whatever a sweep's folder holds, as its documentation says, and gives the seeds of a
-row in their order, 10 after 2."""
+"""Contract: experiments/recipe/rows.py takes whatever a sweep's folder holds, as its documentation says, and gives the seeds of
+a row in their order, 10 after 2."""
 
 import sys
 
