@@ -2,7 +2,7 @@
 
 The papers call a gait with double support a walk and one with flight a run (Alexander 1996). Here a walk or a run must also
 be made of steps that alternate, of a swing foot that does not touch the ground in mid-swing, and of equal steps
-(docs/formats.md). This counts, in the evaluations of recorded runs after the last phase began, at how many the motion at
+(docs/learning.md). This counts, in the evaluations of recorded runs after the last phase began, at how many the motion at
 ω_v = 0 walks and that at the run's command runs, by either.
 
     python experiments/open_choices/definition.py controllers/paper controllers/fast-learner/paper

@@ -32,7 +32,7 @@ pub fn load_controller(path: Option<&Path>) -> Result<Controller, Failure> {
         Some(path) => Controller::read(path),
         None => Controller::shipped(),
     };
-    if let Some(path) = path.filter(|_| controller.is_ok()) {
+    if let (Some(path), Ok(_)) = (path, &controller) {
         note_if_unevaluated(path);
     }
     controller.map_err(Failure::input)
