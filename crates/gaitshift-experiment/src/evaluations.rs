@@ -7,6 +7,8 @@ use crate::run_folder::{EVALUATIONS, TrainingError};
 use crate::training::rank;
 use gaitshift_analysis::GaitClass;
 use serde::Deserialize;
+use std::borrow::Cow;
+use std::ffi::OsStr;
 use std::path::Path;
 
 /// What run a folder holds, as far as tables and figures need it: also of a run of another version, whose configuration has
@@ -47,8 +49,8 @@ impl RunName {
     }
 
     /// Those of several runs whose statistics are taken over the seeds of an experiment. Runs that share a name but not
-    /// their settings, or not even differ in their seed, are no seeds of one experiment: the later ones have their folder
-    /// behind the name.
+    /// their settings, or not even differ in their seed, are no seeds of one experiment: the later ones have behind the name
+    /// as much of their folder as tells them apart.
     ///
     /// # Errors
     /// As [`RunName::read`].
@@ -64,12 +66,11 @@ impl RunName {
             let name = match known {
                 Some((name, _)) => name.clone(),
                 None => {
-                    let taken = experiments.iter().any(|(name, _)| *name == own.name);
-                    let name = if taken {
-                        format!("{} ({})", own.name, portable_path(run))
-                    } else {
-                        own.name.clone()
-                    };
+                    let free = |name: &String| experiments.iter().all(|(taken, _)| taken != name);
+                    let name = std::iter::once(own.name.clone())
+                        .chain(distinguished(&own.name, run))
+                        .find(free)
+                        .unwrap_or_default();
                     experiments.push((name.clone(), own.clone()));
                     name
                 }
@@ -78,6 +79,18 @@ impl RunName {
         }
         Ok(told)
     }
+}
+
+/// Without end, names for a run whose own is taken: with its folder behind it, shortly, with ever more of the folder's path,
+/// and at last with a number.
+fn distinguished(name: &str, run: &Path) -> impl Iterator<Item = String> {
+    let whole: Vec<Cow<'_, str>> = run.iter().map(OsStr::to_string_lossy).collect();
+    let parts = (2..=whole.len()).map(move |count| whole[whole.len() - count..].join("/"));
+    let folders = std::iter::once(portable_path(run)).chain(parts);
+    let numbers = (2_u64..).map(|number| number.to_string());
+    folders
+        .chain(numbers)
+        .map(move |told| format!("{name} ({told})"))
 }
 
 /// A line of `evaluations.jsonl`: what a run's tables, figures and pages need of it. What else stands there, the whole

@@ -132,3 +132,25 @@ fn only_seeds_of_one_experiment_share_its_name() {
         "{names:?}"
     );
 }
+
+// Of folders whose last names are the same, the later experiments got one name and one mean.
+#[test]
+fn experiments_in_folders_of_the_same_name_keep_apart() {
+    let root = tempfile::tempdir().unwrap();
+    let runs: Vec<_> = ["a", "b", "c", "c"]
+        .iter()
+        .zip([1.0, 0.5, 0.3, 0.3])
+        .map(|(folder, friction)| {
+            let path = root.path().join(folder).join("seed-1");
+            std::fs::create_dir_all(&path).unwrap();
+            let config = format!("name = \"e\"\nseed = 1\n[body]\nfriction = {friction}\n");
+            std::fs::write(path.join("config.toml"), config).unwrap();
+            path
+        })
+        .collect();
+    let paths: Vec<&std::path::Path> = runs.iter().map(std::path::PathBuf::as_path).collect();
+    let told = RunName::read_all(&paths).unwrap();
+    let names: Vec<&str> = told.iter().map(|run| run.name.as_str()).collect();
+    assert_eq!(names[..3], ["e", "e (seed-1)", "e (c/seed-1)"]);
+    assert!(!names[..3].contains(&names[3]), "{names:?}");
+}
