@@ -108,7 +108,7 @@ pub struct Evaluation {
     pub score: f64,
     /// Share of disturbed motions that stay up, from the first phase with `randomization` on.
     pub disturbed_survival: Option<f64>,
-    /// How often a resumed run had edited the disturbances by which its controllers are chosen.
+    /// How often a resumed run had edited what its controllers are chosen by: disturbances, starts, endings.
     pub disturbance_edits: u32,
     /// Steady motions, one for each command, the lowest first.
     pub rows: Vec<EvaluatedMotion>,
@@ -265,7 +265,7 @@ impl Evaluation {
     }
 
     /// The best: the run's `controller.safetensors` is its controller. Of equally good ones that with the most even step times,
-    /// and of those the first. Those under disturbances that were edited since do not count.
+    /// and of those the first. Those before what they are judged by was edited do not count.
     pub fn best(evaluations: &[Self]) -> Option<&Self> {
         let rank = |e: &Self| {
             let asymmetries = e.rows.iter().filter_map(|row| row.step_time_asymmetry);

@@ -402,7 +402,7 @@ pub(crate) struct Disturbed {
     /// Share of disturbed motions that stay up, where any were tried.
     #[serde(rename = "disturbed_survival", skip_serializing_if = "Option::is_none")]
     pub survival: Option<f64>,
-    /// How often they had been edited.
+    /// How often they, or the starts or endings, had been edited.
     #[serde(rename = "disturbance_edits", skip_serializing_if = "is_zero")]
     pub edits: u32,
 }

@@ -123,6 +123,52 @@ fn edited_disturbances_choose_the_best_controller_anew() {
     assert_eq!(controller.provenance.environment_steps, best);
 }
 
+// Only what is drawn at random was compared, and in a run without that nothing was, though the starts and endings of its
+// motions decide every criterion.
+#[test]
+fn edits_of_what_controllers_are_judged_by_choose_the_best_anew_and_others_do_not() {
+    let root = tempfile::tempdir().unwrap();
+    let after = |name: &str, randomizes: bool, edit: &dyn Fn(&mut Experiment)| {
+        let run = root.path().join(name);
+        let mut experiment = untaught();
+        if !randomizes {
+            for phase in &mut experiment.curriculum.phases {
+                phase.randomization = None;
+            }
+        }
+        // Nothing that comes later is better than the first.
+        experiment.training.evaluation_interval_steps = 3000;
+        let report = Training::new(experiment.clone(), &run, "")
+            .unwrap()
+            .run(&mut Until::step(3500))
+            .unwrap();
+        assert_eq!(report.best_step, Some(3000));
+        edit(&mut experiment);
+        let edited = experiment.to_toml().unwrap();
+        std::fs::write(run.join("config.toml"), &edited).unwrap();
+        let mut until = Until::default();
+        Training::resume(&run).unwrap().run(&mut until).unwrap();
+        let told = until.notes.iter().any(|n| n.contains("begins anew"));
+        let evaluations = Evaluation::read_all(&run).unwrap();
+        assert_eq!(
+            evaluations.last().unwrap().disturbance_edits,
+            u32::from(told)
+        );
+        told
+    };
+    let pitch = |e: &mut Experiment| e.task.termination.pitch_limit_rad = 1.0;
+    let range = |e: &mut Experiment| e.curriculum.phases[2].omega_v[1] = 3.0;
+    let limit = |e: &mut Experiment| e.task.termination.time_limit_s = 100.0;
+    let more = |e: &mut Experiment| e.curriculum.phases[2].steps += 1000;
+    assert!(after("pitch", true, &pitch));
+    assert!(after("plain-pitch", false, &pitch));
+    assert!(after("range", true, &range));
+    assert!(!after("plain-range", false, &range));
+    assert!(after("limit", true, &limit));
+    assert!(!after("plain-limit", false, &limit));
+    assert!(!after("more", true, &more));
+}
+
 #[test]
 fn threads_and_interruptions_do_not_change_a_bit() {
     let root = tempfile::tempdir().unwrap();

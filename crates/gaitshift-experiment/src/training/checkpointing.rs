@@ -7,7 +7,9 @@ use crate::durable;
 use crate::edits::{Edit, edits, is_decided};
 use crate::run_folder::{LogLengths, RunFolder, STATE, TrainingError};
 use gaitshift_sac::{Agent, ReplayBuffer};
-use gaitshift_task::BatchState;
+use gaitshift_task::{
+    BatchState, CommandDraw, Randomization, StartParameters, TerminationParameters,
+};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
@@ -91,7 +93,7 @@ impl Training {
         training.counters = state.counters;
         training.edits = state.edits;
         training.report_edits(&edits);
-        training.choose_anew_if_disturbed_otherwise(&before);
+        training.choose_anew_if_judged_otherwise(&before);
         training.folder.restore_best()?;
         training.folder.cut_logs(&state.logs)?;
         Ok(training)
@@ -143,26 +145,26 @@ impl Training {
         }
     }
 
-    /// Where the disturbances by which controllers are chosen were edited, those chosen by the ones before are no longer
-    /// comparable.
-    fn choose_anew_if_disturbed_otherwise(&mut self, before: &Experiment) {
-        let drawn = |e: &Experiment| {
-            let last = e.curriculum.last_randomized(&e.task.reward);
-            let mut drawn = last.and_then(|settings| settings.randomization)?;
-            // All motions by which is chosen are disturbed.
-            drawn.share = 1.0;
-            Some(drawn)
-        };
+    /// Where what controllers are judged by was edited, those chosen before are no longer comparable.
+    fn choose_anew_if_judged_otherwise(&mut self, before: &Experiment) {
+        let after = &self.experiment;
         let c = &mut self.counters;
+        if Undisturbed::of(before) != Undisturbed::of(after) {
+            c.walking_score = 0.0;
+        }
+        if c.best_step == 0 {
+            return;
+        }
         let chosen_by_them = before.curriculum.randomizes_by(c.step.saturating_sub(1));
-        if !chosen_by_them || c.best_step == 0 || drawn(before) == drawn(&self.experiment) {
+        let disturbed_otherwise = chosen_by_them && Disturbed::of(before) != Disturbed::of(after);
+        if !disturbed_otherwise && Undisturbed::of(before) == Undisturbed::of(after) {
             return;
         }
         c.best_rank = NONE_YET;
         c.disturbance_edits += 1;
         self.notes.push(format!(
-            "the disturbances by which the best controller is chosen were edited: the choice begins anew with the next \
-             evaluation, and the best so far stays as controllers/{}",
+            "what the best controller is chosen by was edited: the choice begins anew with the next evaluation, and the \
+             best so far stays as controllers/{}",
             RunFolder::evaluated_name(c.best_step)
         ));
     }
@@ -199,6 +201,63 @@ impl Training {
     pub(super) fn configuration(&self) -> Result<String, TrainingError> {
         let text = self.experiment.to_toml();
         text.map_err(|e| TrainingError::other(self.folder.path(), e.to_string()))
+    }
+}
+
+/// What of the task the criteria are judged by: a motion of theirs begins in the middle of the starts and has its own limit.
+#[derive(PartialEq)]
+struct Undisturbed {
+    start: StartParameters,
+    termination: TerminationParameters,
+}
+
+impl Undisturbed {
+    fn of(e: &Experiment) -> Self {
+        Self {
+            start: StartParameters {
+                leg_variation_rad: 0.0,
+                pitch_variation_rad: 0.0,
+                speed_variation_m_per_s: 0.0,
+                drop_variation_m: 0.0,
+                ..e.task.start.clone()
+            },
+            termination: TerminationParameters {
+                time_limit_s: 0.0,
+                ..e.task.termination.clone()
+            },
+        }
+    }
+}
+
+/// What decides the disturbed motions by which controllers are judged.
+#[derive(PartialEq)]
+struct Disturbed {
+    drawn: Randomization,
+    omega_v: [f64; 2],
+    command: CommandDraw,
+    start: StartParameters,
+    termination: TerminationParameters,
+}
+
+impl Disturbed {
+    fn of(e: &Experiment) -> Option<Self> {
+        let mut phases = e.curriculum.phases.iter().rev();
+        let (phase, mut drawn) = phases.find_map(|p| Some((p, p.randomization.clone()?)))?;
+        // All of them are disturbed, and no command ends one.
+        drawn.share = 1.0;
+        let mut termination = e.task.termination.clone();
+        termination.time_limit_s = termination.time_limit_s.min(e.criteria.duration_s);
+        Some(Self {
+            drawn,
+            // Where the phase ends: more steps for it change nothing.
+            omega_v: phase.omega_v_end.unwrap_or(phase.omega_v),
+            command: CommandDraw {
+                hold_periods: 0,
+                ..e.curriculum.command.clone()
+            },
+            start: e.task.start.clone(),
+            termination,
+        })
     }
 }
 

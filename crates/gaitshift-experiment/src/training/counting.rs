@@ -85,7 +85,7 @@ pub struct Counters {
     pub best_rank: Rank,
     pub best_step: u64,
     pub best_met: usize,
-    /// How often the disturbances were edited by which controllers are chosen.
+    /// How often what controllers are chosen by was edited: disturbances, starts, endings.
     pub disturbance_edits: u32,
     /// Of the best walk so far, which is kept where the walk is going to be rehearsed.
     pub walking_score: f64,
