@@ -476,7 +476,8 @@ impl Randomization {
         let latency_s = uniform(self.latency_s, rng);
         let latency_steps = (latency_s / body.time_step_s).round() as u32;
         let mut conditions = Conditions::new(body, latency_steps, self.noise, rng);
-        // Drawn last, and only where asked for: everything else is drawn as without.
+        // Only what is asked for takes random numbers, and these came later, so they are drawn after the rest: body, delay and
+        // noise are as without them. What a caller draws after the conditions, as a batch does a start, is another one.
         if let Some(range) = self.hip_com_height_m {
             conditions.body.hip_com_height_m = uniform(range, rng);
         }

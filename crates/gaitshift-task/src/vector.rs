@@ -220,8 +220,9 @@ impl VectorEnvironment {
         }
     }
 
-    /// The same environments, whose episodes draw what differs between them. Starts and commands are those that they
-    /// would be without.
+    /// The same environments, whose episodes draw what differs between them. The first episode after
+    /// [`VectorEnvironment::seed`] has the start and the command that it would have without; those of later episodes differ,
+    /// since what was drawn comes from the same random numbers.
     ///
     /// # Errors
     /// A value out of range, or a disturbance as well.

@@ -439,16 +439,29 @@ fn a_mirrored_state_moves_as_the_mirror_image_on_a_body_that_was_drawn() {
 
 #[test]
 fn what_is_not_asked_for_is_drawn_as_before() {
-    let mut plain = batch(3, &settings("noise = { theta_rad = 0.01 }"));
-    let off = settings("noise = { theta_rad = 0.01 }\nterrain = {}\nactuator_factor = [1, 1]");
-    let first: Vec<_> = (0..3).map(|i| plain.observation(i, 0.0)).collect();
-    let batch = batch(3, &off);
-    let states = |batch: &EnvironmentBatch| -> Vec<_> {
-        batch.environments().map(|e| e.state.theta_dot).collect()
+    let table =
+        "noise = { theta_rad = 0.01 }\nlatency_s = [0, 0.01]\nbody = { friction = [0.5, 1.5] }";
+    let run = |more: &str| {
+        let settings = settings(&format!("{table}\n{more}"));
+        let mut batch = batch(3, &settings);
+        let start = batch.state();
+        let mut episodes = 0;
+        for _ in 0..300 {
+            for i in 0..3 {
+                if batch.step(i, [0.4, -0.1], 0.0, &settings).1.is_some() {
+                    batch.reset(i, &settings);
+                    episodes += 1;
+                }
+            }
+        }
+        assert!(episodes >= 3, "{episodes}");
+        (start, batch.state())
     };
-    assert_eq!(states(&plain), states(&batch));
-    assert_eq!(first.len(), 3);
-    plain.reset(0, &off);
+    let plain = run("");
+    // The whole of it, random numbers included, and over the starts of later episodes.
+    assert_eq!(run("terrain = {}"), plain);
+    // What is asked for takes numbers even where it changes nothing, and starts are drawn after it: the comparison tells.
+    assert_ne!(run("actuator_factor = [1, 1]").0, plain.0);
 }
 
 #[test]

@@ -163,7 +163,7 @@ fn it_begins_in_a_state_and_goes_on_from_a_saved_one_to_the_same_bits() {
             vector.reset(index, Opening::default());
         }
     }
-    // Starts and commands are those without a randomization.
+    // The first start and command after a seed are those without a randomization.
     for index in 0..2 {
         assert_eq!(
             vector.environment(index).state,
@@ -178,6 +178,13 @@ fn it_begins_in_a_state_and_goes_on_from_a_saved_one_to_the_same_bits() {
             plain.body_of(index).parameters()
         );
     }
+    // Later ones are not: what was drawn came from the same random numbers.
+    let later = [&plain, &vector].map(|vector| {
+        let mut vector = vector.clone();
+        vector.reset(0, Opening::default());
+        (vector.environment(0).state, vector.environment(0).omega_v)
+    });
+    assert!(later[0].0 != later[1].0 && later[0].1 != later[1].1);
     let mut told = Vec::new();
     let commands = [[0.3, -0.2], [0.1, 0.4]];
     for _ in 0..5 {
