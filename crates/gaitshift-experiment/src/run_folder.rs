@@ -205,6 +205,16 @@ impl RunFolder {
         durable::write(path, text.as_bytes()).map_err(io_error(path))
     }
 
+    /// Before the run advances: the report of an earlier part would say of a run that is killed since that it is finished.
+    pub fn remove_report(&self) -> Result<(), TrainingError> {
+        let file = self.file(REPORT);
+        match fs::remove_file(&file) {
+            Ok(()) => durable::sync_folder(&self.path).map_err(io_error(&self.path)),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
+            Err(e) => Err(io_error(&file)(e)),
+        }
+    }
+
     /// A checkpoint is written beside the last one and takes its place only when complete. Its state is its last file.
     pub fn begin_checkpoint(&self) -> Result<(), TrainingError> {
         let new = self.file(NEW);

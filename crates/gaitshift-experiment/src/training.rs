@@ -242,6 +242,7 @@ impl Training {
                 return Ok(report);
             }
         }
+        self.folder.remove_report()?;
         let mut logs = self
             .folder
             .open_logs(&counting::metrics_names(&self.experiment))?;

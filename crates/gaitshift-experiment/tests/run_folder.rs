@@ -4,7 +4,7 @@
 
 mod common;
 use common::{Until, file, text, tiny, unevaluated};
-use gaitshift_experiment::{Controller, Training};
+use gaitshift_experiment::{Controller, Judgement, Observer, Progress, Training};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -452,4 +452,40 @@ fn a_run_that_has_taken_all_its_steps_stays_as_it_is() {
         "{:?}",
         observer.notes
     );
+}
+
+// A run that was given more steps and killed kept the report of its first part, and was taken for finished.
+#[test]
+fn a_run_that_goes_on_has_no_report_until_it_ends() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = whole(root.path());
+    let mut longer = unevaluated();
+    longer.curriculum.phases[2].steps += 4000;
+    fs::write(folder.join("config.toml"), longer.to_toml().unwrap()).unwrap();
+    let report = folder.join("report.json");
+    let mut looking = Looking {
+        report: report.clone(),
+        looked: 0,
+    };
+    Training::resume(&folder).unwrap().run(&mut looking).unwrap();
+    assert!(looking.looked > 1);
+    assert!(report.exists());
+}
+
+/// Looks for the report while the run goes on.
+struct Looking {
+    report: PathBuf,
+    looked: usize,
+}
+
+impl Observer for Looking {
+    fn progress(&mut self, progress: &Progress) {
+        assert!(!self.report.exists(), "at step {}", progress.step);
+        self.looked += 1;
+    }
+    fn evaluated(&mut self, _: &Progress, _: &Judgement, _: bool) {}
+    fn note(&mut self, _: &str) {}
+    fn stop_requested(&self) -> bool {
+        false
+    }
 }

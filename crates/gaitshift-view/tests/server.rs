@@ -281,3 +281,27 @@ fn a_page_alone_has_no_socket() {
     assert!(get(address, "/", &address.to_string(), "").contains("<p>replay"));
     assert_eq!(Socket::open(address, "").err(), Some(404));
 }
+
+// A report was taken for the end of a run that was only stopped.
+#[test]
+fn a_run_is_finished_when_its_report_says_so() {
+    let run = tempfile::tempdir().unwrap();
+    let address = serve_show(Show::Run(
+        run.path().to_owned(),
+        Box::new(common::subject()),
+    ));
+    let finished = || {
+        let answer = get(address, "/run.json", &address.to_string(), "");
+        assert_eq!(status(&answer), 200, "{answer}");
+        answer.contains("\"finished\":true")
+    };
+    assert!(!finished());
+    for (report, expected) in [
+        ("{\"finished\": false}", false),
+        ("{\"fini", false),
+        ("{\"finished\": true}", true),
+    ] {
+        std::fs::write(run.path().join("report.json"), report).unwrap();
+        assert_eq!(finished(), expected, "{report}");
+    }
+}
