@@ -4,7 +4,7 @@ use gaitshift_analysis::GaitClass;
 use serde::{Deserialize, Serialize};
 
 /// Greatest |ω_v| of a criterion, and the longest motion in s: as those of `gaitshift evaluate`.
-const COMMAND_MAX: f64 = 100.0;
+pub(crate) const COMMAND_MAX: f64 = 100.0;
 const DURATION_MAX_S: f64 = 3600.0;
 /// Most motions that a list may ask for.
 const MOST: usize = 1000;

@@ -2,7 +2,7 @@
 //! them, for the learner to rehearse while it learns to run.
 
 use crate::acceptance::judge;
-use crate::criteria::{AskedGait, Criteria};
+use crate::criteria::{AskedGait, COMMAND_MAX, Criteria};
 use crate::simulation::Control;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::recording::RowError;
@@ -146,8 +146,8 @@ impl RehearsalParameters {
             return error("states", self.states.to_string(), accepted);
         }
         let [low, high] = self.omega_v;
-        if !(low.is_finite() && high.is_finite() && low <= high) {
-            let accepted = "[low, high] with low <= high";
+        if !(-COMMAND_MAX <= low && low <= high && high <= COMMAND_MAX) {
+            let accepted = "[low, high] with -100 <= low <= high <= 100";
             return error("omega_v", format!("{:?}", self.omega_v), accepted);
         }
         Ok(())

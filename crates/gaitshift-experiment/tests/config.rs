@@ -194,6 +194,10 @@ fn mistakes_are_reported_with_file_and_key() {
             vec!["training.rehearsal.omega_v", "low <= high"],
         ),
         (
+            "[training.rehearsal]\nomega_v = [0.0, 1e30]",
+            vec!["training.rehearsal.omega_v", "<= 100"],
+        ),
+        (
             "[training]\nmetrics_interval_steps = 0",
             vec!["training.metrics_interval_steps"],
         ),

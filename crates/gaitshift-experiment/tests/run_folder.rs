@@ -4,7 +4,9 @@
 
 mod common;
 use common::{Until, file, text, tiny, unevaluated};
-use gaitshift_experiment::{Controller, Judgement, Observer, Progress, Training};
+use gaitshift_experiment::{
+    Controller, Experiment, Judgement, Observer, Progress, RunReport, Training,
+};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -398,18 +400,61 @@ fn a_folder_whose_name_is_no_text_can_be_resumed() {
     go_on(&folder);
 }
 
-#[test]
-fn diverged_simulations_are_counted_as_the_episodes_they_end() {
-    // What went wrong: the column was called `learner/diverged`, but no learner diverged: a simulation did.
-    let root = tempfile::tempdir().unwrap();
-    let folder = root.path().join("run");
-    stopped_at(2500, &folder);
-    let metrics = text(&folder, "metrics.csv");
-    let header = metrics.lines().next().unwrap();
-    assert!(
-        header.contains("episode/diverged") && !header.contains("learner/diverged"),
-        "{header}"
+/// A run whose reward has a term of its own.
+fn with_term(expression: &str) -> Experiment {
+    let term = format!(
+        "task.reward.extra=[{{name=\"own\", weight=0.001, expression=\"{expression}\"}}]"
     );
+    unevaluated().with_values(&[term]).unwrap()
+}
+
+/// `episode/diverged` of the last row of the metrics.
+fn diverged(folder: &Path) -> f64 {
+    let metrics = text(folder, "metrics.csv");
+    let mut lines = metrics.lines();
+    let column = lines.next().unwrap().split(',');
+    let column = column
+        .into_iter()
+        .position(|name| name == "episode/diverged")
+        .unwrap();
+    let last = lines.next_back().unwrap();
+    last.split(',').nth(column).unwrap().parse().unwrap()
+}
+
+/// A run of that experiment, once as a whole and once stopped and resumed; gives the folder and the report of the first.
+fn whole_and_resumed(root: &Path, experiment: &Experiment) -> (PathBuf, RunReport) {
+    let (whole, parted) = (root.join("whole"), root.join("parted"));
+    let begin = |folder: &Path| Training::new(experiment.clone(), folder, "test").unwrap();
+    let report = begin(&whole).run(&mut Until::default()).unwrap();
+    begin(&parted).run(&mut Until::step(2500)).unwrap();
+    go_on(&parted);
+    assert_same_run(&whole, &parted);
+    assert_eq!(diverged(&whole), diverged(&parted));
+    (whole, report)
+}
+
+// Until then no training had a simulation that came to nothing.
+#[test]
+fn undefined_rewards_end_episodes_and_are_counted_and_not_learned_from() {
+    let root = tempfile::tempdir().unwrap();
+    let (whole, report) = whole_and_resumed(root.path(), &with_term("ln(0.1 - time_s)"));
+    let episodes = text(&whole, "episodes.csv");
+    let undefined = episodes.lines().filter(|l| l.contains(",undefined,"));
+    let undefined = undefined.count() as u64;
+    assert!(undefined > 0 && diverged(&whole) > 0.0);
+    assert_eq!(undefined, report.diverged);
+}
+
+// A reward that 64 bits hold and the learner's 32 do not ended the run.
+#[test]
+fn rewards_beyond_32_bits_are_counted_and_not_learned_from() {
+    let root = tempfile::tempdir().unwrap();
+    let huge = "time_s > 0.095 && time_s < 0.115 ? exp(100) : 0";
+    let (whole, report) = whole_and_resumed(root.path(), &with_term(huge));
+    assert!(report.diverged > 0 && diverged(&whole) > 0.0);
+    let metrics = text(&whole, "metrics.csv");
+    let sums = metrics.lines().skip(1).map(|l| l.rsplit(',').next().unwrap());
+    assert!(sums.into_iter().all(|sum| sum == "0"), "{metrics}");
 }
 
 // Two processes could train one run: each wrote its lines between those of the other.

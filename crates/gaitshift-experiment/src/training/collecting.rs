@@ -119,8 +119,11 @@ impl Training {
             };
             let held = b.commands[i];
             let diverged = outcome.ended.is_some_and(EndReason::is_failure);
-            b.valid[i] = !diverged;
-            b.rewards[i] = (outcome.terms.sum() * outcome.factor) as f32;
+            let reward = (outcome.terms.sum() * outcome.factor) as f32;
+            // More than the learner's 32 bits hold is as little to be learned from as what is undefined.
+            let undefined = !diverged && !reward.is_finite();
+            b.valid[i] = !(diverged || undefined);
+            b.rewards[i] = if undefined { 0.0 } else { reward };
             b.terminated[i] = outcome.ended.is_some_and(EndReason::is_termination);
             // A command that changes within the episode cuts the transition off, and its value goes on
             // under the old command: what is learned for a command is what it is worth when held, as in
@@ -132,15 +135,17 @@ impl Training {
                 &self.batch.observation(i, held),
                 &mut b.next_observations[row(i, OBSERVATION_SIZE)],
             );
+            self.counters.diverged += u64::from(!b.valid[i]);
             let recent = &mut self.counters.recent;
-            for (sum, term) in recent.terms.iter_mut().zip(outcome.terms.values()) {
-                *sum += term;
-            }
-            for (sum, term) in recent.extra_terms.iter_mut().zip(outcome.terms.extra) {
-                *sum += term;
+            if b.valid[i] {
+                for (sum, term) in recent.terms.iter_mut().zip(outcome.terms.values()) {
+                    *sum += term;
+                }
+                for (sum, term) in recent.extra_terms.iter_mut().zip(outcome.terms.extra) {
+                    *sum += term;
+                }
             }
             if let Some(finished) = finished {
-                self.counters.diverged += u64::from(diverged);
                 recent.add(finished.total_reward, finished.ended.is_termination());
                 let ended = self.experiment.task.end_name(finished.ended);
                 log_episode(episodes, self.counters.step, &finished, ended)?;
