@@ -3,7 +3,9 @@
 use gaitshift_nn::{Trained, Workers};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-use crate::config::{SIZE_MAX, SacConfig, Temperature, require};
+use crate::config::{
+    SIZE_MAX, SacConfig, Temperature, check_alpha, check_gamma, check_learning_rate, require,
+};
 use crate::error::SacError;
 use crate::learner::{Learner, Noise, UpdateStats};
 use crate::mirror::Mirror;
@@ -112,12 +114,7 @@ impl Agent {
     /// # Errors
     /// When it is negative or not finite, or the temperature is learned.
     pub fn set_alpha(&mut self, alpha: f64) -> Result<(), SacError> {
-        require(
-            alpha.is_finite() && alpha >= 0.0,
-            "temperature.alpha",
-            &alpha,
-            "at least 0",
-        )?;
+        check_alpha(alpha)?;
         let fixed = matches!(self.learner.config.temperature, Temperature::Fixed { .. });
         require(
             fixed,
@@ -136,7 +133,9 @@ impl Agent {
     /// # Errors
     /// When it is not above 0.
     pub fn set_learning_rate(&mut self, learning_rate: f64) -> Result<(), SacError> {
-        self.change(|config| config.learning_rate = learning_rate)
+        check_learning_rate(learning_rate)?;
+        self.learner.config.learning_rate = learning_rate;
+        Ok(())
     }
 
     /// Sets the discount γ.
@@ -144,7 +143,9 @@ impl Agent {
     /// # Errors
     /// When it is not from 0 to 1.
     pub fn set_gamma(&mut self, gamma: f64) -> Result<(), SacError> {
-        self.change(|config| config.gamma = gamma)
+        check_gamma(gamma)?;
+        self.learner.config.gamma = gamma;
+        Ok(())
     }
 
     /// Uses another number of threads; the results stay the same.
@@ -226,14 +227,6 @@ impl Agent {
     /// The threads of the updates, to share out other work between two of them.
     pub fn workers(&mut self) -> &mut Workers {
         &mut self.learner.workers
-    }
-
-    fn change(&mut self, change: impl FnOnce(&mut SacConfig)) -> Result<(), SacError> {
-        let mut config = self.learner.config.clone();
-        change(&mut config);
-        config.validate()?;
-        self.learner.config = config;
-        Ok(())
     }
 
     /// Random actions (rows × action size) and their ln π (rows) for observations (rows × observation

@@ -108,19 +108,8 @@ impl SacConfig {
                 "smaller for networks of this size: their weights times `batch_size` / 64 at most 1073741824",
             )?;
         }
-        let rate = self.learning_rate;
-        require(
-            rate.is_finite() && rate > 0.0,
-            "learning_rate",
-            &rate,
-            "above 0",
-        )?;
-        require(
-            (0.0..=1.0).contains(&self.gamma),
-            "gamma",
-            &self.gamma,
-            "from 0 to 1",
-        )?;
+        check_learning_rate(self.learning_rate)?;
+        check_gamma(self.gamma)?;
         require(
             self.tau > 0.0 && self.tau <= 1.0,
             "tau",
@@ -140,14 +129,7 @@ impl SacConfig {
             "from 1 to 1024",
         )?;
         match self.temperature {
-            Temperature::Fixed { alpha } => {
-                require(
-                    alpha.is_finite() && alpha >= 0.0,
-                    "temperature.alpha",
-                    &alpha,
-                    "at least 0",
-                )?;
-            }
+            Temperature::Fixed { alpha } => check_alpha(alpha)?,
             Temperature::Auto {
                 initial,
                 target_entropy,
@@ -176,13 +158,33 @@ impl SacConfig {
                 )?;
             }
         }
-        require(
-            (1..=256).contains(&self.threads),
-            "threads",
-            &self.threads,
-            "from 1 to 256",
-        )
+        check_threads(self.threads)
     }
+}
+
+// One setting each, for those that change during a run.
+
+pub(crate) fn check_learning_rate(rate: f64) -> Result<(), SacError> {
+    let valid = rate.is_finite() && rate > 0.0;
+    require(valid, "learning_rate", &rate, "above 0")
+}
+
+pub(crate) fn check_gamma(gamma: f64) -> Result<(), SacError> {
+    require((0.0..=1.0).contains(&gamma), "gamma", &gamma, "from 0 to 1")
+}
+
+pub(crate) fn check_alpha(alpha: f64) -> Result<(), SacError> {
+    let valid = alpha.is_finite() && alpha >= 0.0;
+    require(valid, "temperature.alpha", &alpha, "at least 0")
+}
+
+pub(crate) fn check_threads(threads: usize) -> Result<(), SacError> {
+    require(
+        (1..=256).contains(&threads),
+        "threads",
+        &threads,
+        "from 1 to 256",
+    )
 }
 
 pub(crate) fn require(

@@ -6,7 +6,7 @@ use gaitshift_nn::{Mlp, MlpShape, Optimiser, Scalar, Trained, Workers};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
-use crate::config::{SIZE_MAX, SacConfig, Temperature, require};
+use crate::config::{SIZE_MAX, SacConfig, Temperature, check_threads, require};
 use crate::error::SacError;
 use crate::losses::{ActorLoss, CHUNK, Examples, Part, Scratch, rows_of, scratches};
 use crate::mirror::Mirror;
@@ -189,12 +189,8 @@ impl<T: Scalar> Learner<T> {
     /// # Errors
     /// When it is not from 1 to 256.
     pub fn set_threads(&mut self, threads: usize) -> Result<(), SacError> {
-        let config = SacConfig {
-            threads,
-            ..self.config.clone()
-        };
-        config.validate()?;
-        self.config = config;
+        check_threads(threads)?;
+        self.config.threads = threads;
         self.workers = Workers::new(threads);
         let (actor, critic) = (&self.actor.network, &self.critics[0].network);
         self.scratches = scratches(&self.workers, actor, critic);

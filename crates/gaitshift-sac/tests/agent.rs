@@ -267,23 +267,52 @@ fn acting_noise_is_white_and_standard_normal() {
     let mut agent = Agent::new(SacConfig::default(), OBSERVATIONS, ACTIONS, None, 5).unwrap();
     let observations = [0.0; ENVIRONMENTS * OBSERVATIONS];
     let (mut actions, mut log_probs) = ([0.0; ENVIRONMENTS * ACTIONS], [0.0; ENVIRONMENTS]);
-    let mut means = [0.0; ENVIRONMENTS * ACTIONS];
-    agent.act_deterministic(&observations, &mut means).unwrap();
-    // At one observation mean and deviation are constant, so atanh(action) is the noise, scaled.
-    let steps = 20_000;
-    let series: Vec<f64> = (0..steps)
-        .map(|_| {
-            agent
-                .act(&observations, &mut actions, &mut log_probs)
-                .unwrap();
-            f64::from(actions[0]).atanh() - f64::from(means[0]).atanh()
-        })
-        .collect();
-    let moment = |lag: usize| {
-        let pairs = series.iter().zip(&series[lag..]);
-        pairs.map(|(a, b)| a * b).sum::<f64>() / (steps - lag) as f64
+    // The policy's own means, then the logarithms of its deviations, at the one observation.
+    let network = &agent.learner().actor.network;
+    let mut activations = network.activations(1);
+    network.forward(
+        1,
+        &observations[..OBSERVATIONS],
+        OBSERVATIONS,
+        &mut activations,
+    );
+    let (means, log_deviations) = activations.out[..2 * ACTIONS].split_at(ACTIONS);
+    let mut noise = Vec::new();
+    for _ in 0..5000 {
+        agent
+            .act(&observations, &mut actions, &mut log_probs)
+            .unwrap();
+        for row in actions.chunks(ACTIONS) {
+            for (action, (mean, log_deviation)) in row.iter().zip(means.iter().zip(log_deviations))
+            {
+                let drawn = f64::from(*action).atanh() - f64::from(*mean);
+                noise.push(drawn / f64::from(*log_deviation).exp());
+            }
+        }
+    }
+    // Within four standard errors of what independent normal numbers have.
+    let near = |what: &str, values: &mut dyn Iterator<Item = f64>, expected: f64, variance: f64| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for value in values {
+            (sum, count) = (sum + value, count + 1.0);
+        }
+        let (found, error) = (sum / count, f64::sqrt(variance / count));
+        assert!(
+            (found - expected).abs() < 4.0 * error,
+            "{what}: {found}, but {expected} with an error of {error} is expected"
+        );
     };
-    assert!((moment(1) / moment(0)).abs() < 0.03);
+    near("mean", &mut noise.iter().copied(), 0.0, 1.0);
+    near("variance", &mut noise.iter().map(|e| e * e), 1.0, 2.0);
+    for (limit, share) in [(1.0, 0.317_311), (2.0, 0.045_500), (3.0, 0.002_700)] {
+        let mut beyond = noise.iter().map(|e| f64::from(u8::from(e.abs() > limit)));
+        near("tails", &mut beyond, share, share * (1.0 - share));
+    }
+    // Between the actions of a row, between environments, and from one step to the next.
+    for lag in [1, ACTIONS, ENVIRONMENTS * ACTIONS] {
+        let pairs = noise.iter().zip(&noise[lag..]);
+        near("correlation", &mut pairs.map(|(a, b)| a * b), 0.0, 1.0);
+    }
 }
 
 #[test]
@@ -314,6 +343,9 @@ fn nothing_is_allocated_after_the_start() {
     let before = ALLOCATIONS.with(Cell::get);
     for _ in 0..20 {
         task.step(&mut agent, &mut replay);
+        // A phase that moves the learner's settings sets them at every step.
+        agent.set_learning_rate(1e-3).unwrap();
+        agent.set_gamma(0.98).unwrap();
         agent.update(&replay).unwrap();
         agent
             .act(&task.states, &mut actions, &mut log_probs)
