@@ -4,7 +4,7 @@ use gaitshift_nn::{Trained, Workers};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::config::{
-    SIZE_MAX, SacConfig, Temperature, check_alpha, check_gamma, check_learning_rate, require,
+    SIZE_MAX, SacConfig, Temperature, check_alpha, check_gamma, check_learning_rate, fits, require,
 };
 use crate::error::SacError;
 use crate::learner::{Learner, Noise, UpdateStats};
@@ -48,7 +48,8 @@ impl Agent {
     /// every batch is replaced by its mirror image.
     ///
     /// # Errors
-    /// When a setting is outside its range, or the mirror is none of these sizes.
+    /// When a setting is outside its range, the networks and the batch are too large together, or the mirror is none of
+    /// these sizes.
     pub fn new(
         config: SacConfig,
         observation_size: usize,
@@ -181,7 +182,7 @@ impl Agent {
     /// [`Agent::set_rehearsal_weight`] sets; half of them mirrored where batches are mirrored.
     ///
     /// # Errors
-    /// When its sizes are others, or the rows not from 1 to 65536.
+    /// When its sizes are others, or the rows not from 1 to 65536 or too many for the actor's size.
     pub fn rehearse(&mut self, rehearsal: Rehearsal, rows: usize) -> Result<(), SacError> {
         let [observation_size, action_size] = rehearsal.sizes();
         length(
@@ -195,6 +196,12 @@ impl Agent {
             "rehearsal rows",
             &rows,
             "from 1 to 65536",
+        )?;
+        require(
+            fits(self.learner.actor.network.shape(), rows),
+            "rehearsal rows",
+            &rows,
+            "fewer for an actor of this size: the gradients of so many fill the memory",
         )?;
         let rehearsed = Rehearsed::zeros(rows, observation_size, action_size);
         self.learner.set_rehearsed(rehearsed);

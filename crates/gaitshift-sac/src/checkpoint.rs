@@ -15,9 +15,9 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::agent::{Agent, Streams};
-use crate::config::SacConfig;
+use crate::config::{SacConfig, Temperature, actor_shape, check_sizes, critic_shape};
 use crate::error::SacError;
-use crate::learner::{TemperatureState, UpdateStats, actor_shape, check_sizes, critic_shape};
+use crate::learner::{TemperatureState, UpdateStats};
 use crate::mirror::Mirror;
 use crate::rehearsal::Rehearsal;
 use crate::replay::ReplayBuffer;
@@ -407,15 +407,25 @@ impl Agent {
         );
         config
             .validate()
-            .and_then(|()| check_sizes(sizes))
+            .and_then(|()| check_sizes(config, sizes))
             .map_err(|error| reader.reject(error.to_string()))?;
-        let counts = [header.updates, header.actor_steps];
+        let temperature = header.temperature;
+        let counts = [header.updates, header.actor_steps, temperature.steps];
         if counts
             .iter()
             .chain(&header.critic_steps)
             .any(|&count| count > MOST_UPDATES)
         {
             return Err(reader.reject("it counts more updates than any run can make".to_owned()));
+        }
+        // A header cannot hold a number that is not finite.
+        let learned = matches!(config.temperature, Temperature::Auto { .. });
+        let alpha = temperature.alpha;
+        if alpha < 0.0 || learned && alpha == 0.0 {
+            let least = if learned { "above 0" } else { "at least 0" };
+            return Err(reader.reject(format!(
+                "the temperature in it is {alpha}, but it must be {least}"
+            )));
         }
         // The file holds what its header says, or this fails before memory is taken for it.
         reader.check(&actor_shape(config, sizes), "actor")?;
@@ -439,7 +449,7 @@ impl Agent {
             reader.trained(critic, &format!("critic_{number}"))?;
             reader.network(target, &format!("target_{number}"))?;
         }
-        learner.temperature = header.temperature;
+        learner.temperature = temperature;
         learner.updates = header.updates;
         learner.actor.steps = header.actor_steps;
         [learner.critics[0].steps, learner.critics[1].steps] = header.critic_steps;

@@ -1,8 +1,12 @@
 //! Settings of the learner.
 
+use gaitshift_nn::MlpShape;
 use serde::{Deserialize, Serialize};
 
 use crate::error::SacError;
+
+/// Rows of a batch that are worked on together.
+pub const CHUNK: usize = 64;
 
 /// How the weight α of the entropy is found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,10 +79,15 @@ impl Default for SacConfig {
 
 /// Greatest number of units in a layer and of transitions in a batch; keeps every size far from overflow.
 pub(crate) const SIZE_MAX: usize = 1 << 16;
-/// Greatest number of weights between the hidden layers of a network: a gigabyte, of which an update needs some twenty.
+/// Greatest number of weights of a network: a gigabyte, of which an update needs some twenty.
 const WEIGHTS_MAX: usize = 1 << 28;
+/// Greatest number of gradients and values that all chunks of a batch keep of a network: four gigabytes.
+const NUMBERS_MAX: usize = 4 * WEIGHTS_MAX;
 
 impl SacConfig {
+    /// Checks every setting. Whether memory suffices is known only with the numbers per observation and action, of which
+    /// there are at least one each; [`crate::Agent::new`] checks it with the true ones.
+    ///
     /// # Errors
     /// Names the first setting outside its range.
     pub fn validate(&self) -> Result<(), SacError> {
@@ -92,20 +101,6 @@ impl SacConfig {
                 key,
                 hidden,
                 "one or more layers of 1 to 65536 units",
-            )?;
-            let weights: usize = hidden.windows(2).map(|pair| pair[0] * pair[1]).sum();
-            require(
-                weights <= WEIGHTS_MAX,
-                key,
-                hidden,
-                "layers with at most 268435456 weights between them",
-            )?;
-            // Each 64 transitions of a batch have gradients of their own.
-            require(
-                weights.saturating_mul(self.batch_size.div_ceil(64)) <= 4 * WEIGHTS_MAX,
-                "batch_size",
-                &self.batch_size,
-                "smaller for networks of this size: their weights times `batch_size` / 64 at most 1073741824",
             )?;
         }
         check_learning_rate(self.learning_rate)?;
@@ -158,7 +153,31 @@ impl SacConfig {
                 )?;
             }
         }
-        check_threads(self.threads)
+        check_threads(self.threads)?;
+        self.check_memory([1, 1])
+    }
+
+    /// Refuses networks, and batches for them, that would exhaust memory; taking it would stop the program.
+    fn check_memory(&self, sizes: [usize; 2]) -> Result<(), SacError> {
+        for (key, shape) in [
+            ("actor_hidden", actor_shape(self, sizes)),
+            ("critic_hidden", critic_shape(self, sizes)),
+        ] {
+            require(
+                weights(&shape) <= WEIGHTS_MAX,
+                key,
+                &shape.hidden,
+                "layers with at most 268435456 weights, those of inputs and outputs included",
+            )?;
+            require(
+                fits(&shape, self.batch_size),
+                "batch_size",
+                &self.batch_size,
+                "smaller for networks of this size: `batch_size` times each one's units, plus `batch_size` / 64 times its \
+                 weights, at most 1073741824",
+            )?;
+        }
+        Ok(())
     }
 }
 
@@ -185,6 +204,63 @@ pub(crate) fn check_threads(threads: usize) -> Result<(), SacError> {
         &threads,
         "from 1 to 256",
     )
+}
+
+/// Checks the numbers per observation and per action, and the memory that networks for them take.
+pub(crate) fn check_sizes(config: &SacConfig, sizes: [usize; 2]) -> Result<(), SacError> {
+    let [observation_size, action_size] = sizes;
+    for (key, size) in [
+        ("observation_size", observation_size),
+        ("action_size", action_size),
+    ] {
+        require(
+            (1..=SIZE_MAX).contains(&size),
+            key,
+            &size,
+            "from 1 to 65536",
+        )?;
+    }
+    config.check_memory(sizes)
+}
+
+/// Sizes of the actor, for so many numbers per observation and per action.
+pub(crate) fn actor_shape(
+    config: &SacConfig,
+    [observation_size, action_size]: [usize; 2],
+) -> MlpShape {
+    MlpShape {
+        inputs: observation_size,
+        hidden: config.actor_hidden.clone(),
+        outputs: 2 * action_size,
+        layer_norm: false,
+    }
+}
+
+/// Sizes of a critic, likewise.
+pub(crate) fn critic_shape(
+    config: &SacConfig,
+    [observation_size, action_size]: [usize; 2],
+) -> MlpShape {
+    MlpShape {
+        inputs: observation_size + action_size,
+        hidden: config.critic_hidden.clone(),
+        outputs: 1,
+        layer_norm: config.critic_layer_norm,
+    }
+}
+
+/// Whether memory suffices for a network's gradients and values of so many rows: each chunk of them keeps a gradient of its
+/// own and the numbers of every unit for each of its rows.
+pub(crate) fn fits(shape: &MlpShape, rows: usize) -> bool {
+    let units = shape.inputs + shape.hidden.iter().sum::<usize>() + shape.outputs;
+    let numbers = weights(shape).saturating_add(units.saturating_mul(CHUNK));
+    numbers.saturating_mul(rows.div_ceil(CHUNK)) <= NUMBERS_MAX
+}
+
+/// Parameters of a network.
+fn weights(shape: &MlpShape) -> usize {
+    let sizes = shape.tensors().into_iter().map(|(_, extents)| extents);
+    sizes.map(|extents| extents.iter().product::<usize>()).sum()
 }
 
 pub(crate) fn require(

@@ -147,7 +147,7 @@ impl<T: Scalar> Loop for MeanAction<'_, T> {
 /// Derivative in the outputs `out` of a loss whose derivatives in the actions and log-probabilities are given.
 ///
 /// With ε held: d ln π / d u = 2 tanh u, d ln π / d ln σ = −1 directly, d u / d ln σ = σ ε,
-/// d a / d u = 1 − a². `weight` × rows scale: `d_log_prob` is per row, `d_action` per action.
+/// d a / d u = 1 − a². `d_log_prob` has one number per row, `d_action` one per action.
 pub fn sample_back<T: Scalar>(
     size: usize,
     out: &[T],

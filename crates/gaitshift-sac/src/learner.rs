@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use gaitshift_nn::{Mlp, MlpShape, Optimiser, Scalar, Trained, Workers};
+use gaitshift_nn::{Mlp, Optimiser, Scalar, Trained, Workers};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
-use crate::config::{SIZE_MAX, SacConfig, Temperature, check_threads, require};
+use crate::config::{
+    CHUNK, SacConfig, Temperature, actor_shape, check_sizes, check_threads, critic_shape,
+};
 use crate::error::SacError;
-use crate::losses::{ActorLoss, CHUNK, Examples, Part, Scratch, rows_of, scratches};
+use crate::losses::{ActorLoss, Examples, Part, Scratch, rows_of, scratches};
 use crate::mirror::Mirror;
 use crate::rehearsal::Rehearsed;
 
@@ -100,7 +102,8 @@ impl<T: Scalar> Learner<T> {
     /// A learner with the given networks; targets start as copies.
     ///
     /// # Errors
-    /// When a setting is outside its range, or the mirror is none of these sizes.
+    /// When a setting is outside its range, the networks and the batch are too large together, or the mirror is none of
+    /// these sizes.
     pub fn new(
         config: SacConfig,
         observation_size: usize,
@@ -110,7 +113,7 @@ impl<T: Scalar> Learner<T> {
     ) -> Result<Self, SacError> {
         config.validate()?;
         let sizes = [observation_size, action_size];
-        check_sizes(sizes)?;
+        check_sizes(&config, sizes)?;
         if let Some(mirror) = &mirror {
             mirror.validate(observation_size, action_size)?;
         }
@@ -214,47 +217,5 @@ impl<T: Scalar> Learner<T> {
     /// Updates made.
     pub fn updates(&self) -> u64 {
         self.updates
-    }
-}
-
-/// Numbers per observation and per action that a learner takes.
-pub(crate) fn check_sizes([observation_size, action_size]: [usize; 2]) -> Result<(), SacError> {
-    for (key, size) in [
-        ("observation_size", observation_size),
-        ("action_size", action_size),
-    ] {
-        require(
-            (1..=SIZE_MAX).contains(&size),
-            key,
-            &size,
-            "from 1 to 65536",
-        )?;
-    }
-    Ok(())
-}
-
-/// Sizes of the actor, for so many numbers per observation and per action.
-pub(crate) fn actor_shape(
-    config: &SacConfig,
-    [observation_size, action_size]: [usize; 2],
-) -> MlpShape {
-    MlpShape {
-        inputs: observation_size,
-        hidden: config.actor_hidden.clone(),
-        outputs: 2 * action_size,
-        layer_norm: false,
-    }
-}
-
-/// Sizes of a critic, likewise.
-pub(crate) fn critic_shape(
-    config: &SacConfig,
-    [observation_size, action_size]: [usize; 2],
-) -> MlpShape {
-    MlpShape {
-        inputs: observation_size + action_size,
-        hidden: config.critic_hidden.clone(),
-        outputs: 1,
-        layer_norm: config.critic_layer_norm,
     }
 }

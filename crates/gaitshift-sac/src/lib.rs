@@ -73,10 +73,9 @@ mod update;
 pub use gaitshift_nn::{MlpShape, NamedTensor};
 
 pub use agent::Agent;
-pub use config::{SacConfig, Temperature};
+pub use config::{CHUNK, SacConfig, Temperature};
 pub use error::SacError;
 pub use learner::{Learner, Noise, TemperatureState, UpdateStats};
-pub use losses::CHUNK;
 pub use mirror::{Mirror, reflect};
 pub use policy::{Policy, PolicyError};
 pub use random::streams;

@@ -8,12 +8,10 @@ use std::ops::Range;
 
 use gaitshift_nn::{Activations, Buffer, Deltas, Mlp, Scalar, Trained, Workers};
 
+use crate::config::CHUNK;
 use crate::gaussian;
 use crate::rehearsal::{Rehearsed, imitate};
 use crate::replay::Batch;
-
-/// Rows that are worked on together.
-pub const CHUNK: usize = 64;
 
 /// One chunk of the batch and what the critics are to learn from it.
 #[derive(Debug)]

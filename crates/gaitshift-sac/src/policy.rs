@@ -5,9 +5,9 @@ use std::iter;
 use gaitshift_nn::{Activations, Mlp, MlpShape, NamedTensor};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
+use crate::config::CHUNK;
 use crate::error::SacError;
 use crate::gaussian;
-use crate::losses::CHUNK;
 use crate::mirror::{Mirror, reflect};
 use crate::random::fill_normal;
 use crate::replay::length;

@@ -15,10 +15,10 @@ use std::slice::from_mut;
 use gaitshift_nn::adam::{self, AdamStep};
 use gaitshift_nn::{Scalar, Step, Trained};
 
-use crate::config::Temperature;
+use crate::config::{CHUNK, Temperature};
 use crate::error::SacError;
 use crate::learner::{Learner, Noise, UpdateStats};
-use crate::losses::{CHUNK, Sums, rows_of};
+use crate::losses::{Sums, rows_of};
 use crate::replay::{Batch, length};
 
 /// Fills the rows of a chunk, given which rows of the whole batch they are.

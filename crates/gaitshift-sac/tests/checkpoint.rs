@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gaitshift_sac::{Agent, ReplayBuffer, SacConfig, SacError, Transitions};
+use gaitshift_sac::{Agent, ReplayBuffer, SacConfig, SacError, Temperature, Transitions};
 use tempfile::TempDir;
 
 struct Files {
@@ -168,21 +168,77 @@ fn altered_headers() {
 #[test]
 fn a_count_of_updates_from_which_nobody_can_count_on() {
     // What went wrong: found among damaged files. An agent that claims 2^64 - 1 updates was accepted, and its next update
-    // overflowed.
+    // overflowed; so was one whose temperature claims as many steps.
     let files = files();
-    let bytes = std::fs::read(&files.agent).unwrap();
-    let end = header_end(&bytes);
-    let header = std::str::from_utf8(&bytes[8..8 + end]).unwrap();
+    let learned = files.folder.path().join("learned");
+    learned_temperature().save(&learned).unwrap();
     let path = files.folder.path().join("counted");
-    for key in ["updates", "actor_steps"] {
-        let from = format!(r#"\"{key}\":0"#);
-        assert!(header.contains(&from));
-        let header = header.replacen(&from, &format!(r#"\"{key}\":{}"#, u64::MAX), 1);
-        let length = (header.len() as u64).to_le_bytes();
-        let file = [&length[..], header.as_bytes(), &bytes[8 + end..]].concat();
-        std::fs::write(&path, file).unwrap();
+    for (file, key) in [
+        (&files.agent, "updates"),
+        (&files.agent, "actor_steps"),
+        (&learned, "steps"),
+    ] {
+        let count = format!(r#"\"{key}\":{}"#, u64::MAX);
+        rewrite(file, &path, &format!(r#"\"{key}\":0"#), &count);
         refuse_agent(&path, "more updates than any run can make");
     }
+}
+
+#[test]
+fn a_temperature_that_cannot_be() {
+    // What went wrong: a negative temperature was accepted, and the agent went on to learn with it.
+    let files = files();
+    let learned = files.folder.path().join("learned");
+    learned_temperature().save(&learned).unwrap();
+    let path = files.folder.path().join("heated");
+    let state = r#"\"temperature\":{\"alpha\":"#;
+    for (file, old, new, least) in [
+        (&files.agent, "0.2", "-0.2", "at least 0"),
+        (&learned, "0.3", "-0.3", "above 0"),
+        (&learned, "0.3", "0.0", "above 0"),
+    ] {
+        rewrite(
+            file,
+            &path,
+            &format!("{state}{old}"),
+            &format!("{state}{new}"),
+        );
+        refuse_agent(&path, &format!("must be {least}"));
+    }
+    // A fixed one may be 0.
+    rewrite(
+        &files.agent,
+        &path,
+        &format!("{state}0.2"),
+        &format!("{state}0.0"),
+    );
+    assert_eq!(Agent::load(&path).unwrap().alpha(), 0.0);
+}
+
+fn learned_temperature() -> Agent {
+    let config = SacConfig {
+        actor_hidden: vec![8],
+        critic_hidden: vec![8],
+        temperature: Temperature::Auto {
+            initial: 0.3,
+            target_entropy: None,
+            learning_rate: 1e-3,
+        },
+        ..SacConfig::default()
+    };
+    Agent::new(config, 2, 1, None, 1).unwrap()
+}
+
+/// Replaces text of the header by text of any length.
+fn rewrite(from: &Path, to: &Path, old: &str, new: &str) {
+    let bytes = std::fs::read(from).unwrap();
+    let end = header_end(&bytes);
+    let header = std::str::from_utf8(&bytes[8..8 + end]).unwrap();
+    assert_eq!(header.matches(old).count(), 1, "{old} in {header}");
+    let header = header.replacen(old, new, 1);
+    let length = (header.len() as u64).to_le_bytes();
+    let file = [&length[..], header.as_bytes(), &bytes[8 + end..]].concat();
+    std::fs::write(to, file).unwrap();
 }
 
 /// Length of the header that a file names.

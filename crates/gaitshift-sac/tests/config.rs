@@ -1,7 +1,7 @@
 //! Settings come from a user's file: unknown ones are refused, defaults fill the rest, and every value out of range is
 //! named together with what it must be.
 
-use gaitshift_sac::{SacConfig, SacError, Temperature};
+use gaitshift_sac::{Agent, SacConfig, SacError, Temperature};
 
 #[test]
 fn defaults_are_valid_and_fill_what_is_missing() {
@@ -89,4 +89,39 @@ fn values_out_of_range_are_named() {
             other => panic!("{expected}: {other:?}"),
         }
     }
+}
+
+#[test]
+fn networks_that_would_exhaust_the_memory_are_refused_before_it_is_taken() {
+    // What went wrong: weights were counted between hidden layers only, so that one wide layer counted for nothing, and the
+    // program was aborted when it took the memory.
+    let refused = |result: Result<(), SacError>, expected: &str| match result {
+        Err(SacError::Setting { key, .. }) => assert_eq!(key, expected),
+        other => panic!("{expected}: {other:?}"),
+    };
+    let wide = |units, batch_size| SacConfig {
+        critic_hidden: vec![units],
+        batch_size,
+        ..SacConfig::default()
+    };
+    refused(wide(65_536, 65_536).validate(), "batch_size");
+    // The values of a chunk's units for each of its rows count, however few weights there are.
+    refused(wide(20_000, 65_536).validate(), "batch_size");
+    wide(10_000, 65_536).validate().unwrap();
+    // Weights of the inputs count as soon as their number is known.
+    let new = |config: SacConfig, observation_size, action_size| {
+        Agent::new(config, observation_size, action_size, None, 0).map(|_| ())
+    };
+    wide(65_536, 256).validate().unwrap();
+    refused(new(wide(65_536, 256), 8_000, 1), "critic_hidden");
+    refused(new(wide(10_000, 65_536), 200, 2), "batch_size");
+    // So do observations themselves, and the outputs of the actor.
+    let small = SacConfig {
+        actor_hidden: vec![1],
+        critic_hidden: vec![1],
+        batch_size: 65_536,
+        ..SacConfig::default()
+    };
+    refused(new(small.clone(), 65_536, 1), "batch_size");
+    refused(new(small, 1, 65_536), "batch_size");
 }
