@@ -424,6 +424,9 @@ fn a_body_file_may_be_an_experiment() {
         "friction = 0.6\n",
         "[body]\nfriction = 0.6\n",
         "name = \"x\"\nbase = \"fast\"\n[body]\nfriction = 0.6\n",
+        // Changes of what the base has were refused here, though an experiment may hold them.
+        "[body]\nfriction = 0.6\n[curriculum.phases.II]\nsteps = 1000\n",
+        "[body]\nfriction = 0.6\n[learner.temperature]\nalpha = 0.2\n",
     ] {
         std::fs::write(&path, text).unwrap();
         let body = load_body_overrides(&path, &base).unwrap();

@@ -130,7 +130,7 @@ pub fn load_body_overrides(
     let mut table: toml::Table = toml::from_str(&text).map_err(parse_error)?;
     // A first reading reports unknown keys and wrong types with their line.
     if table.contains_key("body") {
-        let _: Experiment = toml::from_str(&text).map_err(parse_error)?;
+        Experiment::own(&text, &origin)?;
         if let Some(toml::Value::Table(body)) = table.remove("body") {
             table = body;
         }

@@ -107,7 +107,7 @@ impl Experiment {
 
     /// The text alone, read and as a table. Reading it reports unknown keys and wrong types with their line, also in phases
     /// given as changes of those of the base and in own terms given so, whatever the base has.
-    fn own(text: &str, origin: &str) -> Result<(Self, toml::Table), ConfigError> {
+    pub(super) fn own(text: &str, origin: &str) -> Result<(Self, toml::Table), ConfigError> {
         let error = |e: toml::de::Error| parse_error(origin, &e.to_string());
         let table: toml::Table = toml::from_str(text).map_err(error)?;
         let mut alone = table.clone();
