@@ -41,21 +41,32 @@ impl Rollout<'_> {
             return self.record_under(None, control);
         };
         let mut timed = disturbance.clone();
-        let by_time = |a: &Push, b: &Push| a.start_s.total_cmp(&b.start_s);
-        timed.pushes.sort_by(by_time);
-        while let Some(next) = timed.pushes.iter().position(|p| p.phase.is_some()) {
-            let recording = self.record_under(Some(&timed), control)?;
-            let push = timed.pushes.remove(next);
-            let mut strides = strides(&recording).into_iter();
-            if let Some((start_s, end_s)) = strides.find(|s| s.0 >= push.start_s) {
-                timed.pushes.push(Push {
-                    start_s: start_s + push.phase.unwrap_or_default() * (end_s - start_s),
-                    phase: None,
-                    ..push
-                });
-                timed.pushes.sort_by(by_time);
+        // A push changes the strides after it: of those that are still to be timed on one motion only the first has its time,
+        // in whatever order they are given.
+        let mut reached_s = f64::NEG_INFINITY;
+        while timed.pushes.iter().any(|p| p.phase.is_some()) {
+            let strides = strides(&self.record_under(Some(&timed), control)?);
+            let time = |push: &Push| {
+                let (start_s, end_s) = strides.iter().find(|s| s.0 >= push.start_s)?;
+                let at = start_s + push.phase? * (end_s - start_s);
+                // The stride that a push has cut short may have been past this phase by then.
+                Some(at.max(reached_s))
+            };
+            let times: Vec<Option<f64>> = timed.pushes.iter().map(time).collect();
+            let Some(first) = times.iter().flatten().copied().reduce(f64::min) else {
+                timed.pushes.retain(|p| p.phase.is_none());
+                break;
+            };
+            for (push, time) in timed.pushes.iter_mut().zip(times) {
+                if time == Some(first) {
+                    (push.start_s, push.phase) = (first, None);
+                }
             }
+            reached_s = first;
         }
+        timed
+            .pushes
+            .sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         let mut recording = self.record_under(Some(&timed), control)?;
         recording.metadata.disturbance = serde_json::to_value(&timed).ok();
         Ok(recording)

@@ -112,6 +112,31 @@ fn a_push_at_a_phase_of_the_stride_comes_then_and_the_header_says_when() {
     );
 }
 
+// The first that was given was timed first, and the stride of the other then had another length than when given in the order of
+// time.
+#[test]
+fn the_order_in_which_pushes_of_one_stride_are_given_changes_nothing() {
+    let push = |phase: f64| Push {
+        forward_n: 100.0,
+        start_s: 3.0,
+        phase: Some(phase),
+        ..Push::default()
+    };
+    let motion = |phases: [f64; 2]| {
+        let pushes = phases.map(push).to_vec();
+        let disturbance = Disturbance {
+            pushes,
+            ..Disturbance::default()
+        };
+        disturbed(&disturbance, 3.0, 5.0)
+    };
+    let (one, other) = (motion([0.1, 0.9]), motion([0.9, 0.1]));
+    assert_eq!(one.metadata.disturbance, other.metadata.disturbance);
+    assert_eq!(one.column(column::X_M), other.column(column::X_M));
+    let noted = one.metadata.disturbance.as_ref().unwrap();
+    assert_eq!(noted["pushes"].as_array().unwrap().len(), 2);
+}
+
 #[test]
 fn the_header_holds_the_ground_and_a_fall_counts_from_it() {
     // A walk up a slope ends higher than any hip on the flat, and down one lower than the limit there, without a fall.
