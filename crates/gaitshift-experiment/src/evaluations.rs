@@ -206,7 +206,7 @@ impl EvaluatedChanges {
     pub fn made(&self) -> usize {
         let [before, after] = self.gaits;
         let made = |t: &&EvaluatedChange| {
-            t.survived && t.gait_before == Some(before) && t.gait_after == after
+            t.survived && t.gait_before == Some(before) && t.gait_after == Some(after)
         };
         self.tries.iter().filter(made).count()
     }
@@ -219,8 +219,8 @@ pub struct EvaluatedChange {
     pub survived: bool,
     /// The motion before, if it lasted until then.
     pub gait_before: Option<GaitClass>,
-    /// The motion after.
-    pub gait_after: GaitClass,
+    /// The motion after, if anything of it is recorded: with a tiny `steady_s` nothing is.
+    pub gait_after: Option<GaitClass>,
 }
 
 /// A criterion.

@@ -96,6 +96,15 @@ fn a_line_of_before_says_the_same() {
     assert!(error.contains("`changes`"), "{error}");
 }
 
+// With changes that leave no time after them the program could not read what it had written.
+#[test]
+fn a_change_after_which_nothing_is_recorded_is_read_and_not_made() {
+    let without = line(1.0).replace("\"gait_after\":\"running\"", "\"gait_after\":null");
+    let evaluations = read(&without).unwrap();
+    assert_eq!(evaluations[0].changes[0].tries[0].gait_after, None);
+    assert_eq!(evaluations[0].changes[0].made(), 0);
+}
+
 // Runs with other settings, and one run twice, were taken for seeds of one experiment.
 #[test]
 fn only_seeds_of_one_experiment_share_its_name() {
