@@ -173,6 +173,8 @@ impl<T: Scalar> Learner<T> {
     }
 
     /// The temperature.
+    // For the tests, which look at the moments too; `Agent::alpha` is for others.
+    #[doc(hidden)]
     pub fn temperature(&self) -> TemperatureState {
         self.temperature
     }
@@ -183,6 +185,8 @@ impl<T: Scalar> Learner<T> {
     }
 
     /// What the last update saw.
+    // For the tests of single losses; `Learner::update` returns it.
+    #[doc(hidden)]
     pub fn stats(&self) -> UpdateStats {
         self.stats
     }

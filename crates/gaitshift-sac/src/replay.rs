@@ -226,13 +226,6 @@ impl ReplayBuffer {
         self.action_size
     }
 
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        (self.filled, self.head, self.valid) = (0, 0, 0);
-        self.data.clear();
-        self.flags.clear();
-    }
-
     pub(crate) fn width(&self) -> usize {
         2 * self.observation_size + self.action_size + EXTRAS
     }
@@ -363,6 +356,8 @@ impl ReplayBuffer {
     ///
     /// # Errors
     /// When there are not as many slots as the batch has rows, or one is not held.
+    // For the tests; an agent's threads each gather a part.
+    #[doc(hidden)]
     pub fn gather(
         &self,
         slots: &[usize],

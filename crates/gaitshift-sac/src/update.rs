@@ -1,5 +1,6 @@
 //! One update of Soft Actor-Critic (Haarnoja et al. 2018, "Soft Actor-Critic Algorithms and Applications", algorithm 1), in
-//! its order: batch, targets, critics, actor, temperature, targets.
+//! its order: batch, targets y, critics, actor, temperature. The target networks follow already in the critics' step, not at
+//! the end: nothing in between reads them.
 //!
 //! Its golden reference is `tools/golden/sac_update.py`, the same update in PyTorch; `tests/update.rs` compares the two,
 //! gradients included. The losses themselves are in [`crate::losses`].
@@ -229,6 +230,8 @@ impl<T: Scalar> Learner<T> {
 
     /// Losses of the critics and their gradients, at the current parameters, for a batch that [`Learner::update`] would
     /// take.
+    // For the tests, which compare gradients with finite differences.
+    #[doc(hidden)]
     pub fn critic_gradients(&mut self, batch: &Batch<T>, noise: &[T]) {
         self.critic_losses(&|chosen, rows| rows.copy_rows(batch, chosen), noise);
         let parts = self.critic_parts.split_at(self.examples.len());
@@ -240,6 +243,8 @@ impl<T: Scalar> Learner<T> {
     }
 
     /// Loss of the actor and its gradient, at the current parameters, for a batch that [`Learner::update`] would take.
+    // For the tests, which compare gradients with finite differences.
+    #[doc(hidden)]
     pub fn actor_gradient(&mut self, batch: &Batch<T>, noise: &[T]) {
         for (chunk, examples) in self.examples.iter_mut().enumerate() {
             let chosen = rows_of(chunk, self.config.batch_size);
