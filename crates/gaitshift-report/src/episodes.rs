@@ -47,20 +47,24 @@ const STEPS_EACH: f64 = 100_000.0;
 const LATE: f64 = 0.2;
 
 impl Episodes {
-    /// Reads the log of a run; one without a log, or without an episode, has none.
+    /// Reads the log of a run; one without a log, or without an episode, has none. A last line that is still being written,
+    /// or was when the run was killed, is left out.
     ///
     /// # Errors
-    /// A log that is no log.
+    /// A log that cannot be read, or is no log.
     pub fn read(run: &Path) -> Result<Self, ReportError> {
         let path = run.join("episodes.csv");
         if !path.is_file() {
             return Ok(Self::default());
         }
-        let bad = |cause: csv::Error| ReportError::Log {
+        let error = |cause: String| ReportError::Log {
             path: path.clone(),
-            cause: cause.to_string(),
+            cause,
         };
-        let mut reader = csv::Reader::from_path(&path).map_err(bad)?;
+        let bad = |cause: csv::Error| error(cause.to_string());
+        let text = std::fs::read_to_string(&path).map_err(|cause| error(cause.to_string()))?;
+        let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
+        let mut reader = csv::Reader::from_reader(whole.as_bytes());
         let mut episodes = Self::default();
         for line in reader.deserialize() {
             let line: Line = line.map_err(bad)?;

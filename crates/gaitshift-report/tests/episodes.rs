@@ -1,5 +1,5 @@
-//! Contract: the episodes of a run are those of its log; a run without a log has none; a log that was cut off names the file and
-//! the line.
+//! Contract: the episodes of a run are those of its log, while it is written too; a run without a log has none; a damaged log names
+//! the file and the line.
 
 mod common;
 use gaitshift_report::{Episodes, ReportError};
@@ -48,12 +48,26 @@ fn the_course_of_a_training_is_in_stretches_of_100_000_steps() {
     assert!(Episodes::default().course().is_empty());
 }
 
+// There was no report of a run that was going on or had been killed.
 #[test]
-fn a_log_that_was_cut_off_names_the_line() {
+fn a_line_that_is_being_written_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let run = common::run(folder.path());
-    let cut = common::EPISODES.to_owned() + "1000,0.5,1.5,10";
-    std::fs::write(run.join("episodes.csv"), cut).unwrap();
+    let whole = Episodes::read(&run).unwrap();
+    let log = std::fs::read_to_string(run.join("episodes.csv")).unwrap();
+    assert!(log.ends_with('\n'));
+    std::fs::write(run.join("episodes.csv"), log + "1000,0.5,1.5,10").unwrap();
+    assert_eq!(Episodes::read(&run).unwrap(), whole);
+    std::fs::write(run.join("episodes.csv"), "step,omega").unwrap();
+    assert_eq!(Episodes::read(&run).unwrap(), Episodes::default());
+}
+
+#[test]
+fn a_damaged_log_names_the_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = common::run(folder.path());
+    let damaged = common::EPISODES.to_owned() + "1000,0.5,1.5,10\n";
+    std::fs::write(run.join("episodes.csv"), damaged).unwrap();
     let error = Episodes::read(&run).unwrap_err();
     assert!(matches!(error, ReportError::Log { .. }));
     let message = error.to_string();
