@@ -1,6 +1,6 @@
 //! `gaitshift export`: body, controller and recording for other programs.
 
-use crate::arguments::{ExportArguments, ExportFormat};
+use crate::arguments::{ControllerArguments, ExportArguments, ExportFormat};
 use crate::evaluate::criteria;
 use crate::failure::Failure;
 use crate::motion::{changed, load_controller};
@@ -10,7 +10,7 @@ use gaitshift_body::Body;
 use gaitshift_experiment::{Controller, Deterministic, judge};
 use gaitshift_task::Disturbance;
 use std::io::{self, IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Runs the command.
 pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
@@ -21,6 +21,10 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             which,
             out,
         } => {
+            let controller = controller_file(which);
+            for input in [&controller, &changes.body, &disturbances.disturbance] {
+                not_over(input.as_deref(), out.as_deref())?;
+            }
             // The body of the controller that `export onnx` exports: a policy belongs to the body it was trained on.
             let c = load_controller(which.controller.as_deref())?;
             let (parameters, task) = changed(&c.body, &c.task, changes)?;
@@ -29,10 +33,8 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             put(text.as_bytes(), out.as_deref())
         }
         ExportFormat::Onnx { which, out } => {
+            not_over(controller_file(which).as_deref(), out.as_deref())?;
             let controller = load_controller(which.controller.as_deref())?;
-            if let Some((file, out)) = which.controller.as_deref().zip(out.as_deref()) {
-                output::not_over(&Controller::file_of(file), out)?;
-            }
             let bytes = gaitshift_export::onnx(&controller).map_err(Failure::run)?;
             put_binary(&bytes, out.as_deref())
         }
@@ -40,7 +42,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             which,
             license,
             out,
-        } => hub(which.controller.as_deref(), license.as_deref(), out),
+        } => hub(which, license.as_deref(), out),
         ExportFormat::Csv { recording, out } => {
             let recording = read(recording)?;
             // Written anew, so that unknown columns are gone and the order is the documented one.
@@ -54,13 +56,13 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             }
         }
         ExportFormat::Html { recording, out } => {
-            not_over_recording(recording, out.as_deref())?;
+            not_over(Some(recording), out.as_deref())?;
             let html = gaitshift_view::replay_html(&read(recording)?)
                 .map_err(|e| Failure::input(format!("{}: {e}", recording.display())))?;
             put(html.as_bytes(), out.as_deref())
         }
         ExportFormat::Npz { recording, out } => {
-            not_over_recording(recording, out.as_deref())?;
+            not_over(Some(recording), out.as_deref())?;
             let bytes = gaitshift_export::npz(&read(recording)?).map_err(Failure::run)?;
             put_binary(&bytes, out.as_deref())
         }
@@ -68,8 +70,18 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
 }
 
 /// Writes a folder for a model hub.
-fn hub(path: Option<&Path>, licence: Option<&str>, out: &Path) -> Result<(), Failure> {
+fn hub(which: &ControllerArguments, licence: Option<&str>, out: &Path) -> Result<(), Failure> {
     const FILE: &str = "controller.safetensors";
+    let path = which.controller.as_deref();
+    if out.join("config.toml").exists() && out.join("checkpoint").exists() {
+        return Err(Failure::input(format!(
+            "{} is a run's folder, whose best controller would be replaced; give another --out",
+            out.display()
+        )));
+    }
+    for name in [FILE, "controller.onnx", "body.xml", "README.md"] {
+        not_over(controller_file(which).as_deref(), Some(&out.join(name)))?;
+    }
     // Better now than after the evaluation.
     output::create_folder(out)?;
     let mut controller = load_controller(path)?;
@@ -97,8 +109,15 @@ fn hub(path: Option<&Path>, licence: Option<&str>, out: &Path) -> Result<(), Fai
     Ok(())
 }
 
-fn not_over_recording(recording: &Path, out: Option<&Path>) -> Result<(), Failure> {
-    out.map_or(Ok(()), |out| output::not_over(recording, out))
+/// The file that is read where a controller is given.
+fn controller_file(which: &ControllerArguments) -> Option<PathBuf> {
+    which.controller.as_deref().map(Controller::file_of)
+}
+
+/// Refuses to write over a file that is read, where both are there.
+fn not_over(read: Option<&Path>, out: Option<&Path>) -> Result<(), Failure> {
+    read.zip(out)
+        .map_or(Ok(()), |(read, out)| output::not_over(read, out))
 }
 
 fn read(path: &Path) -> Result<Recording, Failure> {

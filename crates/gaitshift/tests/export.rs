@@ -139,11 +139,44 @@ fn what_is_read_is_not_written_over() {
         "c.safetensors",
         Controller::shipped().unwrap().to_bytes().unwrap(),
     );
-    place.refused(
-        "export onnx --controller c.safetensors -o c.safetensors",
-        &["c.safetensors", "written over"],
-    );
+    place.write("b.toml", "friction = 0.5\n");
+    place.write("d.toml", "latency_s = 0.01\n");
+    for (command, over) in [
+        ("onnx --controller c.safetensors", "c.safetensors"),
+        ("mjcf --controller c.safetensors", "c.safetensors"),
+        ("mjcf --body b.toml", "b.toml"),
+        ("mjcf --disturbance d.toml", "d.toml"),
+    ] {
+        let before = place.read(over);
+        place.refused(
+            &format!("export {command} -o {over}"),
+            &[over, "written over"],
+        );
+        assert_eq!(place.read(over), before, "{command}");
+    }
     Controller::read(&place.path("c.safetensors")).unwrap();
+}
+
+// The best controller of a run was replaced, and a card put beside its logs.
+#[test]
+fn a_run_is_no_folder_for_a_hub() {
+    let place = Place::new();
+    place.write("tiny.toml", common::TINY);
+    place.stdout("train tiny.toml --steps 1000 --out run");
+    for controller in ["run", "shipped"] {
+        place.refused(
+            &format!("export hub --controller {controller} --out run"),
+            &["run is a run's folder", "another --out"],
+        );
+    }
+    assert!(!place.path("run/README.md").exists());
+    std::fs::create_dir(place.path("mine")).unwrap();
+    let file = "mine/controller.safetensors";
+    place.write(file, Controller::shipped().unwrap().to_bytes().unwrap());
+    place.refused(
+        &format!("export hub --controller {file} --out mine"),
+        &[file, "written over"],
+    );
 }
 
 // Every other command made the folder of what it wrote.
