@@ -45,7 +45,7 @@ pub use seeds::parse_seeds;
 pub use simulation::{Control, Simulation, recording_row};
 pub use stress::{Limit, Stress, StressPlan, stress};
 pub use sweep::{
-    Estimate, EvaluationSummary, Sweep, SweepReport, SweepTable, Trial, TrialSummary, Variant,
-    VariantSummary, folder_name, sweep_command,
+    Estimate, EvaluationSummary, Sweep, SweepReport, SweepTable, Trial, TrialSettings,
+    TrialSummary, Variant, VariantSummary, begin_trial, folder_name, sweep_command,
 };
 pub use training::{Observer, Parts, Progress, RunReport, Training};

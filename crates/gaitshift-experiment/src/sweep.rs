@@ -16,8 +16,8 @@ use crate::provenance::portable_command;
 use crate::run_folder::{REPORT, RunFolder, TrainingError};
 use crate::seeds::{GREATEST, listed};
 use crate::tensorboard::{Setting, settings_file};
-use crate::training::{Observer, RunReport, Training};
-use serde::Deserialize;
+use crate::training::{Observer, Training};
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -278,7 +278,9 @@ impl Sweep {
                 let result = trial.is_finished(&at).map(|finished| {
                     (!finished).then(|| {
                         let settings = self.settings(trial);
-                        trial.run(&at, command, &settings, &mut observer(trial))
+                        let mut observer = observer(trial);
+                        begin_trial(trial.experiment.clone(), &at, command, &settings)
+                            .and_then(|mut training| training.run(&mut observer))
                     })
                 });
                 let mut outcome = outcome.lock().unwrap_or_else(|e| e.into_inner());
@@ -318,14 +320,14 @@ impl Sweep {
     }
 
     /// What TensorBoard's table of hyperparameters says of a trial: its variant, what varies where keys vary, its seed.
-    fn settings(&self, trial: &Trial) -> Vec<(String, Setting)> {
+    pub fn settings(&self, trial: &Trial) -> TrialSettings {
         let variant = &self.variants[trial.variant];
         let mut settings = vec![("variant".to_owned(), Setting::Word(variant.name.clone()))];
         let values = variant.values.iter();
         settings.extend(values.map(|(key, value)| (key.clone(), Setting::parse(value))));
         let seed = Setting::Number(trial.experiment.seed as f64);
         settings.push(("seed".to_owned(), seed));
-        settings
+        TrialSettings(settings)
     }
 
     /// What the trials reached, as far as they are.
@@ -368,26 +370,35 @@ impl Trial {
         }
         is_finished(folder)
     }
+}
 
-    fn run(
-        &self,
-        folder: &Path,
-        command: &str,
-        settings: &[(String, Setting)],
-        observer: &mut impl Observer,
-    ) -> Result<RunReport, TrainingError> {
-        // The configuration is the last file of a new run.
-        let mut training = if RunFolder::at(folder).require_config().is_ok() {
-            Training::resume(folder)?
-        } else {
-            let training = Training::new(self.experiment.clone(), folder, command)?;
-            let file = folder.join(SETTINGS);
-            durable::write(&file, &settings_file(settings))
-                .map_err(|e| TrainingError::other(&file, e.to_string()))?;
-            training
-        };
-        training.run(observer)
+/// A trial's settings by name, for TensorBoard.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrialSettings(Vec<(String, Setting)>);
+
+/// Begins a trial in its folder, or goes on with it from its last checkpoint, and writes its settings for TensorBoard where they
+/// are missing.
+///
+/// # Errors
+/// As [`Training::new`] and [`Training::resume`], or the settings cannot be written.
+pub fn begin_trial(
+    experiment: Experiment,
+    folder: &Path,
+    command: &str,
+    settings: &TrialSettings,
+) -> Result<Training, TrainingError> {
+    // The configuration is the last file of a new run.
+    let training = if RunFolder::at(folder).require_config().is_ok() {
+        Training::resume(folder)?
+    } else {
+        Training::new(experiment, folder, command)?
+    };
+    let file = folder.join(SETTINGS);
+    if !file.exists() {
+        durable::write(&file, &settings_file(&settings.0))
+            .map_err(|e| TrainingError::other(&file, e.to_string()))?;
     }
+    Ok(training)
 }
 
 /// Whether the run in a folder came to its end.

@@ -3,6 +3,7 @@
 //! An event file is a sequence of records `length, crc(length), data, crc(data)` with masked CRC-32C,
 //! each `data` a protocol-buffer `Event`. Only these are needed, so the few bytes are written here.
 
+use serde::{Deserialize, Serialize};
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -70,7 +71,8 @@ impl EventWriter {
 }
 
 /// A setting's value as TensorBoard's hyperparameters have it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
 pub enum Setting {
     /// A number.
     Number(f64),

@@ -467,6 +467,23 @@ fn a_trial_killed_before_its_configuration_was_written_begins_anew() {
     );
 }
 
+/// They were written once, after a new run was whole: a kill in between lost them for good.
+#[test]
+fn settings_for_tensorboard_are_written_whenever_they_are_missing() {
+    let (whole, folder) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let sweep = Sweep::parse(FILE, "tiny.toml").unwrap();
+    let settings = |folder: &Path| {
+        let trial = folder.join(&sweep.trials[0].folder);
+        trial.join("events.out.tfevents.a-settings")
+    };
+    run(&sweep, whole.path(), 1, 150);
+    run(&sweep, folder.path(), 1, 150);
+    std::fs::remove_file(settings(folder.path())).unwrap();
+    run(&sweep, folder.path(), 1, 150);
+    let [expected, read] = [&whole, &folder].map(|f| std::fs::read(settings(f.path())).unwrap());
+    assert!(expected == read);
+}
+
 #[test]
 fn the_table_has_what_there_is_so_far() {
     let sweep = Sweep::parse(FILE, "tiny.toml").unwrap();

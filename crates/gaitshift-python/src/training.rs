@@ -6,7 +6,7 @@ use gaitshift_analysis::{AnalysisOptions, Recording, summarise};
 use gaitshift_body::{Body, BodyParameters};
 use gaitshift_experiment::{
     Experiment, Judgement, Observer, Progress, SteadyMotion, Sweep, Training, TrainingError,
-    folder_name, portable_command, sweep_command,
+    TrialSettings, begin_trial, folder_name, portable_command, sweep_command,
 };
 use gaitshift_task::TaskParameters;
 use pyo3::exceptions::PyRuntimeError;
@@ -89,11 +89,13 @@ pub fn train_trial(
     py: Python<'_>,
     config: &str,
     command: &str,
+    settings: &str,
     out: PathBuf,
     callback: Py<PyAny>,
 ) -> PyResult<()> {
     let experiment = Experiment::parse(config, "the trial's configuration").map_err(value_error)?;
-    let begin = || Training::new(experiment, &out, command);
+    let settings: TrialSettings = serde_json::from_str(settings).map_err(value_error)?;
+    let begin = || begin_trial(experiment, &out, command, &settings);
     run(py, begin, Caller::new(callback, None))
 }
 
@@ -104,9 +106,11 @@ pub fn sweep_trials(py: Python<'_>, file: PathBuf) -> PyResult<Bound<'_, PyAny>>
     let mut trials = Vec::new();
     for trial in &sweep.trials {
         let config = trial.experiment.to_toml().map_err(value_error)?;
+        let settings = serde_json::to_string(&sweep.settings(trial)).map_err(value_error)?;
         trials.push(serde_json::json!({
             "folder": trial.folder,
             "config": config,
+            "settings": settings,
             "threads": trial.experiment.learner.threads,
         }));
     }

@@ -33,7 +33,7 @@ omega_v = [-0.2, 0.2]
 body.friction = [0.5, 0.8, 1.0]
 """
 NAMES = ["episodes.csv", "controller.safetensors", "controller-last.safetensors", "config.toml",
-         "checkpoint/agent.safetensors", "checkpoint/replay.safetensors"]  # fmt: skip
+         "checkpoint/agent.safetensors", "checkpoint/replay.safetensors", "events.out.tfevents.a-settings"]  # fmt: skip
 
 
 def parents():

@@ -163,11 +163,11 @@ def run_config(folder: str) -> dict[str, Any]: ...
 def motion_names() -> list[str]:
     """Names of what an evaluation tells of each of its steady motions, in their order."""
 
-def train_trial(config: str, command: str, out: str, callback: Callable[..., object]) -> None:
-    """Trains a trial of a sweep from its whole configuration."""
+def train_trial(config: str, command: str, settings: str, out: str, callback: Callable[..., object]) -> None:
+    """Trains a trial of a sweep from its whole configuration, or goes on with it. `settings` are for TensorBoard."""
 
 def sweep_trials(file: str) -> dict[str, Any]:
-    """A sweep's name, folder, command and trials: folder, configuration and threads of each."""
+    """A sweep's name, folder, command and trials: folder, configuration, settings and threads of each."""
 
 def sweep_table(file: str, folder: str) -> tuple[str, str]:
     """A sweep's table as Markdown and as JSON."""

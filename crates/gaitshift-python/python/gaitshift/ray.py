@@ -61,10 +61,7 @@ def train_trial(config: Mapping[str, Any]) -> None:
         if what != "note":
             report(value["step"], met)
 
-    if checkpoint is None:
-        _native.train_trial(trial["config"], trial["command"], str(run), watch)
-    else:
-        _native.resume(str(run), watch, threads=None, steps=None)
+    _native.train_trial(trial["config"], trial["command"], trial["settings"], str(run), watch)
     end = json.loads((run / "report.json").read_text(encoding="utf-8"))
     report(end["step"], end["best_met"], finished=True)
 
