@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 
 /// Most environment steps of a phase: their sum must stay countable.
 const MOST_STEPS: u64 = 1_000_000_000_000_000;
+/// Greatest command, forward or backward: the bound of a command wherever one is given.
+const OMEGA_V_MAX: f64 = 100.0;
 
 /// One phase of training. Everything optional stays as the task has it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -248,8 +250,8 @@ impl Curriculum {
             c.hold_periods,
             "0 where `redraw_interval_s` lets commands change within episodes",
         )?;
-        let ordered = |r: [f64; 2]| r[0].is_finite() && r[1].is_finite() && r[0] <= r[1];
-        let range = "[low, high] with low <= high";
+        let possible = |r: [f64; 2]| -OMEGA_V_MAX <= r[0] && r[0] <= r[1] && r[1] <= OMEGA_V_MAX;
+        let range = "[low, high] with -100 <= low <= high <= 100";
         for (i, p) in self.phases.iter().enumerate() {
             let key = |name: &str| format!("curriculum.phases[{i}].{name}");
             require(
@@ -264,9 +266,9 @@ impl Curriculum {
                 format!("{:?} again", p.name),
                 "a name of its own, by which the phase can be changed",
             )?;
-            require(ordered(p.omega_v), &key("omega_v"), p.omega_v, range)?;
+            require(possible(p.omega_v), &key("omega_v"), p.omega_v, range)?;
             if let Some(r) = p.omega_v_end {
-                require(ordered(r), &key("omega_v_end"), r, range)?;
+                require(possible(r), &key("omega_v_end"), r, range)?;
             }
             p.reward.validate(&key("reward"))?;
             p.reward_end.validate(&key("reward_end"))?;

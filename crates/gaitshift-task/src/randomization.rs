@@ -233,6 +233,13 @@ impl TerrainRanges {
             s.length_m,
             "between 0 and 1000",
         )?;
+        // Every step that is drawn lies before this.
+        require(
+            s.from_m + s.length_m <= FARTHEST_M,
+            &key("steps.from_m"),
+            s.from_m,
+            "small enough that `from_m` plus `length_m` is at most 10000",
+        )?;
         require_spacing(&key("uneven.spacing_m"), u.spacing_m)?;
         require(
             (0.0..=1000.0).contains(&u.length_m),

@@ -103,6 +103,23 @@ fn bad_values_are_named() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("curriculum.phases[0].omega_v"), "{error}");
+    for bad in [[-101.0, 0.0], [0.0, 1e300], [f64::NAN, 0.0]] {
+        for end in [false, true] {
+            let mut c = widening();
+            let name = if end {
+                c.phases[0].omega_v_end = Some(bad);
+                "omega_v_end"
+            } else {
+                c.phases[0].omega_v = bad;
+                "omega_v"
+            };
+            let error = c
+                .validate(&BodyParameters::default(), &RewardParameters::default())
+                .unwrap_err();
+            assert_eq!(error.key, format!("curriculum.phases[0].{name}"));
+            assert!(error.accepted.contains("-100 <= low"), "{error}");
+        }
+    }
     c.phases[0].omega_v = [0.0, 1.0];
     c.phases[0].reward_end = Overrides::from([("omega_e", -1.0)]);
     let error = c

@@ -495,6 +495,23 @@ fn a_hindered_batch_goes_on_from_a_checkpoint_to_the_same_bits() {
 }
 
 #[test]
+fn steps_as_far_away_as_they_may_be_are_gone_on_with_from_a_checkpoint() {
+    // What went wrong: steps could be asked for so far away that the ground drawn from them was refused on resuming.
+    let table = "terrain.steps = { height_m = [0.01, 0.02], spacing_m = [0.05, 1], from_m = 9960, length_m = 40 }";
+    let settings = settings(table);
+    let mut curriculum = Curriculum::default();
+    curriculum.phases[1].randomization = settings.randomization.clone();
+    curriculum
+        .validate(&BodyParameters::default(), &RewardParameters::default())
+        .unwrap();
+    let mut batch = batch(20, &settings);
+    let heights = (0..batch.len()).map(|i| batch.body_of(i).ground_height(10_000.0));
+    assert!(heights.into_iter().all(|height| height > 0.3));
+    let state = batch.state();
+    assert!(batch.restore(state));
+}
+
+#[test]
 fn ranges_of_ground_pushes_and_weakness_are_checked() {
     for (table, key) in [
         ("actuator_factor = [0.5, 1.2]", "actuator_factor"),
@@ -517,6 +534,7 @@ fn ranges_of_ground_pushes_and_weakness_are_checked() {
             "terrain.steps.spacing_m",
         ),
         ("terrain.steps = { from_m = 0 }", "terrain.steps.from_m"),
+        ("terrain.steps = { from_m = 9990 }", "terrain.steps.from_m"),
         (
             "terrain.uneven = { height_m = [-1, 2] }",
             "terrain.uneven.height_m",
