@@ -110,7 +110,7 @@ pub struct Evaluation {
     pub disturbed_survival: Option<f64>,
     /// How often a resumed run had edited what its controllers are chosen by: disturbances, starts, endings.
     pub disturbance_edits: u32,
-    /// Steady motions, one for each command, the lowest first.
+    /// Steady motions, one for each command, in the order of the criteria.
     pub rows: Vec<EvaluatedMotion>,
     /// Changes of gait, one for each that was asked for.
     pub changes: Vec<EvaluatedChanges>,

@@ -533,3 +533,34 @@ fn the_table_has_what_there_is_so_far() {
     assert_eq!(again.trials, table.trials);
     assert_eq!(again.variants[1].effect, table.variants[1].effect);
 }
+
+// The columns of the slowest and the fastest motion were those of the first and the last command, and a walk that nobody had asked for
+// was counted.
+#[test]
+fn slow_and_fast_are_by_the_command_and_only_gaits_that_are_asked_for_are_counted() {
+    let run = tempfile::tempdir().unwrap();
+    let config = "name = \"e\"\nseed = 1\n";
+    std::fs::write(run.path().join("config.toml"), config).unwrap();
+    let rows = |asked: [&str; 2]| {
+        let [running, walking] = asked.map(|gait| format!("\"asked\":{gait},"));
+        let motions = format!(
+            "\"rows\":[{{\"omega_v\":3.0,{running}\"gait\":\"running\",\"fell\":false,\"froude\":1.0}},\
+             {{\"omega_v\":0.0,{walking}\"gait\":\"walking\",\"fell\":false,\"froude\":0.2}}]"
+        );
+        let line = format!(
+            "{{\"step\":1,\"elapsed_s\":1.0,\"met\":2,\"score\":2.0,{motions},\"changes\":[],\"checks\":[]}}\n"
+        );
+        std::fs::write(run.path().join("evaluations.jsonl"), line).unwrap();
+        SweepTable::of_runs("e", &[run.path()]).unwrap()
+    };
+    let table = rows(["null", "null"]);
+    let best = &table.trials[0].best;
+    assert_eq!(
+        (best.slow_gait.as_str(), best.fast_gait.as_str()),
+        ("walking", "running")
+    );
+    assert_eq!((best.slow_froude, best.fast_froude), (Some(0.2), Some(1.0)));
+    assert_eq!((table.variants[0].walk, table.variants[0].run), (0, 0));
+    let table = rows(["\"running\"", "\"walking\""]);
+    assert_eq!((table.variants[0].walk, table.variants[0].run), (1, 1));
+}

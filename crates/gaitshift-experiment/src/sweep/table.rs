@@ -112,6 +112,10 @@ pub struct EvaluationSummary {
     pub met: usize,
     /// Number of criteria.
     pub criteria: usize,
+    /// Whether it walks at the first command at which that is asked for.
+    pub walks: bool,
+    /// Whether it runs at the first command at which that is asked for.
+    pub runs: bool,
     /// Gait at the first command at which walking is asked for, or at the lowest.
     pub slow_gait: String,
     /// Froude number there.
@@ -138,8 +142,11 @@ impl EvaluationSummary {
             let between = e.changes.iter().filter(|c| c.gaits == [from, to]);
             between.map(EvaluatedChanges::made).sum()
         };
-        let slow = e.motion(GaitClass::Walking).or(e.rows.first());
-        let fast = e.motion(GaitClass::Running).or(e.rows.last());
+        let by_command = |a: &&EvaluatedMotion, b: &&EvaluatedMotion| a.omega_v.total_cmp(&b.omega_v);
+        let walk = e.motion(GaitClass::Walking);
+        let run = e.motion(GaitClass::Running);
+        let slow = walk.or_else(|| e.rows.iter().min_by(by_command));
+        let fast = run.or_else(|| e.rows.iter().max_by(by_command));
         let enough = |c: &EvaluatedChanges| {
             let tries = c.tries.len();
             tries > 0 && c.made() as f64 >= CHANGES_WANTED * tries as f64
@@ -158,6 +165,8 @@ impl EvaluationSummary {
             criteria: e.checks.len(),
             all: all_gaits && all_changes,
             changes: !e.changes.is_empty() && all_changes,
+            walks: walk.is_some_and(|motion| motion.gait == GaitClass::Walking),
+            runs: run.is_some_and(|motion| motion.gait == GaitClass::Running),
             slow_gait: gait(slow),
             slow_froude: slow.and_then(|r| r.froude),
             fast_gait: gait(fast),
@@ -267,8 +276,8 @@ impl SweepTable {
                     best_met: figures(&|t| t.best.met as f64),
                     late_met: figures(&|t| t.late_met),
                     effect: estimate(&differences, mean).filter(|_| !is_reference),
-                    walk: count(&|e| e.slow_gait == "walking"),
-                    run: count(&|e| e.fast_gait == "running"),
+                    walk: count(&|e| e.walks),
+                    run: count(&|e| e.runs),
                     change: count(&|e| e.changes),
                     all: count(&|e| e.all),
                 }
