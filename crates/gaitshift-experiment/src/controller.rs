@@ -233,6 +233,19 @@ impl Controller {
         }
         let policy = Policy::from_tensors(description.network.clone(), &tensors)
             .map_err(|e| error(e.to_string()))?;
+        let names = &description.observation_names;
+        if names.len() != OBSERVATION_SIZE {
+            return Err(error(format!(
+                "its metadata name {} observations instead of {OBSERVATION_SIZE}",
+                names.len()
+            )));
+        }
+        let mut named = names.iter().zip(OBSERVATION_NAMES);
+        if let Some((its, ours)) = named.find(|(its, ours)| its != ours) {
+            return Err(error(format!(
+                "it observes `{its}` where this version has `{ours}`: use the one that trained it"
+            )));
+        }
         if description.observation_scale != OBSERVATION_SCALE {
             return Err(error(
                 "its observation scale is not this program's".to_owned(),

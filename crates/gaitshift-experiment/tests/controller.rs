@@ -185,16 +185,41 @@ fn a_command_line_loses_the_places_of_the_machine_it_was_given_on() {
     }
 }
 
+// Of observations in another order only the scale might have told.
+#[test]
+fn a_policy_of_other_observations_is_refused() {
+    let path = Path::new("other.safetensors");
+    let with = |names: &str| {
+        let from = r#"\"x_velocity_m_per_s\",\"theta_rad\","#;
+        let bytes = with_metadata(from, names);
+        Controller::from_bytes(&bytes, path).unwrap_err().to_string()
+    };
+    let swapped = with(r#"\"theta_rad\",\"x_velocity_m_per_s\","#);
+    let words = [
+        "other.safetensors",
+        "`theta_rad`",
+        "`x_velocity_m_per_s`",
+        "version",
+    ];
+    assert!(words.iter().all(|word| swapped.contains(word)), "{swapped}");
+    let fewer = with(r#"\"theta_rad\","#);
+    assert!(fewer.contains("13 observations instead of 14"), "{fewer}");
+}
+
 /// The bytes of the shipped controller with another list of layers in its metadata.
 fn with_layers(hidden: &str) -> Vec<u8> {
+    let from = r#"\"hidden\":[200,200]"#;
+    with_metadata(from, &format!(r#"\"hidden\":{hidden}"#))
+}
+
+/// The bytes of the shipped controller with something else in its metadata.
+fn with_metadata(from: &str, to: &str) -> Vec<u8> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("controllers");
     let bytes = std::fs::read(folder.join("biped.safetensors")).unwrap();
     let length = u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
     let header = String::from_utf8(bytes[8..8 + length].to_vec()).unwrap();
-    let from = r#"\"hidden\":[200,200]"#;
     assert!(header.contains(from));
-    let to = format!(r#"\"hidden\":{hidden}"#);
-    let header = header.replacen(from, &to, 1);
+    let header = header.replacen(from, to, 1);
     let header = format!(
         "{header}{}",
         " ".repeat(header.len().next_multiple_of(8) - header.len())
