@@ -2,9 +2,10 @@
 
 use crate::config::{ConfigError, digest, parse_error, read};
 use crate::criteria::Criteria;
+use crate::logs::EVALUATIONS;
 use crate::provenance::portable_path;
-use crate::run_folder::{EVALUATIONS, TrainingError};
 use crate::training::rank;
+use crate::training_error::{TrainingError, io_error};
 use gaitshift_analysis::GaitClass;
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -251,7 +252,7 @@ impl Evaluation {
         let text = match std::fs::read_to_string(&path) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-            Err(e) => return Err(TrainingError::other(&path, e.to_string())),
+            Err(e) => return Err(io_error(&path)(e)),
         };
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         whole

@@ -8,6 +8,7 @@ mod criteria;
 mod durable;
 mod edits;
 mod evaluations;
+mod logs;
 mod pace;
 mod profile;
 mod provenance;
@@ -22,6 +23,7 @@ mod stress;
 mod sweep;
 mod tensorboard;
 mod training;
+mod training_error;
 
 pub use acceptance::{Check, Judgement, SteadyMotion, TriedChange, judge, judge_from};
 pub use config::{
@@ -40,7 +42,6 @@ pub use provenance::{Provenance, portable_command, portable_path, quoted};
 pub use rehearsal::{RehearsalParameters, best_walk};
 pub use review::Review;
 pub use rollout::Rollout;
-pub use run_folder::TrainingError;
 pub use seeds::parse_seeds;
 pub use simulation::{Control, Simulation, recording_row};
 pub use stress::{Limit, Stress, StressPlan, stress};
@@ -49,3 +50,4 @@ pub use sweep::{
     TrialSummary, Variant, VariantSummary, begin_trial, folder_name, sweep_command,
 };
 pub use training::{Observer, Parts, Progress, RunReport, Training};
+pub use training_error::TrainingError;

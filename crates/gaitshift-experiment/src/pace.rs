@@ -2,8 +2,8 @@
 
 use crate::acceptance::Judgement;
 use crate::config::Experiment;
-use crate::run_folder::TrainingError;
 use crate::training::{Observer, Progress, Training};
+use crate::training_error::{TrainingError, io_error};
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
@@ -23,8 +23,7 @@ pub fn steps_per_second(experiment: &Experiment, duration: Duration) -> Result<f
     e.training.evaluation_interval_steps = NEVER;
     e.training.checkpoint_interval_steps = NEVER;
     e.training.metrics_interval_steps = NEVER;
-    let scratch = tempfile::tempdir()
-        .map_err(|error| TrainingError::other(&std::env::temp_dir(), error.to_string()))?;
+    let scratch = tempfile::tempdir().map_err(io_error(&std::env::temp_dir()))?;
     let periods = |steps: u64| steps.div_ceil(environments);
     let mut clock = Clock {
         first: periods(e.training.learning_starts.max(1)),

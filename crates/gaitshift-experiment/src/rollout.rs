@@ -64,9 +64,7 @@ impl Rollout<'_> {
             }
             reached_s = first;
         }
-        timed
-            .pushes
-            .sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+        timed.pushes.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         let mut recording = self.record_under(Some(&timed), control)?;
         recording.metadata.disturbance = serde_json::to_value(&timed).ok();
         Ok(recording)

@@ -13,10 +13,11 @@ pub use table::{Estimate, EvaluationSummary, SweepTable, TrialSummary, VariantSu
 use crate::config::{ConfigError, Experiment, did_you_mean, overlay, read};
 use crate::durable;
 use crate::provenance::portable_command;
-use crate::run_folder::{REPORT, RunFolder, TrainingError};
+use crate::run_folder::{REPORT, RunFolder};
 use crate::seeds::{GREATEST, listed};
 use crate::tensorboard::{Setting, settings_file};
 use crate::training::{Observer, Training};
+use crate::training_error::{TrainingError, io_error};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -275,13 +276,16 @@ impl Sweep {
                     return;
                 };
                 let at = folder.join(&trial.folder);
-                let result = trial.is_finished(&at).map(|finished| {
-                    (!finished).then(|| {
+                let result = trial.require_own(&at).map(|()| match is_finished(&at) {
+                    Ok(true) => None,
+                    // To go on with it could lose what it has reached.
+                    Err(error) => Some(Err(error)),
+                    Ok(false) => Some({
                         let settings = self.settings(trial);
                         let mut observer = observer(trial);
                         begin_trial(trial.experiment.clone(), &at, command, &settings)
                             .and_then(|mut training| training.run(&mut observer))
-                    })
+                    }),
                 });
                 let mut outcome = outcome.lock().unwrap_or_else(|e| e.into_inner());
                 let end = match result {
@@ -351,14 +355,11 @@ pub struct SweepReport {
 }
 
 impl Trial {
-    /// Whether its folder holds its whole run.
-    ///
-    /// # Errors
-    /// The folder holds a run of other settings.
-    fn is_finished(&self, folder: &Path) -> Result<bool, TrainingError> {
+    /// Refuses a folder that holds a run of other settings.
+    fn require_own(&self, folder: &Path) -> Result<(), TrainingError> {
         let config = folder.join("config.toml");
         if !config.exists() {
-            return Ok(false);
+            return Ok(());
         }
         if Experiment::read(&config)? != self.experiment {
             return Err(TrainingError::other(
@@ -368,7 +369,7 @@ impl Trial {
                     .to_owned(),
             ));
         }
-        is_finished(folder)
+        Ok(())
     }
 }
 
@@ -395,8 +396,7 @@ pub fn begin_trial(
     };
     let file = folder.join(SETTINGS);
     if !file.exists() {
-        durable::write(&file, &settings_file(&settings.0))
-            .map_err(|e| TrainingError::other(&file, e.to_string()))?;
+        durable::write(&file, &settings_file(&settings.0)).map_err(io_error(&file))?;
     }
     Ok(training)
 }
@@ -407,8 +407,12 @@ fn is_finished(folder: &Path) -> Result<bool, TrainingError> {
     let Ok(text) = std::fs::read_to_string(&report) else {
         return Ok(false);
     };
-    let report: serde_json::Value = serde_json::from_str(&text)
-        .map_err(|e| TrainingError::other(&report, format!("is damaged: {e}")))?;
+    let report: serde_json::Value = serde_json::from_str(&text).map_err(|e| {
+        let cause = format!(
+            "is damaged: {e}; remove it, and the same command goes on with the run from its checkpoint"
+        );
+        TrainingError::other(&report, cause)
+    })?;
     Ok(report["finished"] == true)
 }
 

@@ -319,7 +319,10 @@ fn a_base_can_be_a_file_beside_the_one_that_names_it() {
     write("e.toml", "[body]\nfrction = 1");
     for (path, words) in [
         (circle, vec!["base", "based on itself"]),
-        (absent, vec!["c.toml", "`base`", "no.toml"]),
+        (
+            absent,
+            vec!["c.toml", "`base`", "no.toml", "name of a recipe"],
+        ),
         (wrong, vec!["e.toml", "did you mean `friction`?"]),
     ] {
         let message = Experiment::read(&path).unwrap_err().to_string();

@@ -192,7 +192,9 @@ fn a_policy_of_other_observations_is_refused() {
     let with = |names: &str| {
         let from = r#"\"x_velocity_m_per_s\",\"theta_rad\","#;
         let bytes = with_metadata(from, names);
-        Controller::from_bytes(&bytes, path).unwrap_err().to_string()
+        Controller::from_bytes(&bytes, path)
+            .unwrap_err()
+            .to_string()
     };
     let swapped = with(r#"\"theta_rad\",\"x_velocity_m_per_s\","#);
     let words = [

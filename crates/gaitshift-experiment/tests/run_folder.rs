@@ -402,9 +402,8 @@ fn a_folder_whose_name_is_no_text_can_be_resumed() {
 
 /// A run whose reward has a term of its own.
 fn with_term(expression: &str) -> Experiment {
-    let term = format!(
-        "task.reward.extra=[{{name=\"own\", weight=0.001, expression=\"{expression}\"}}]"
-    );
+    let term =
+        format!("task.reward.extra=[{{name=\"own\", weight=0.001, expression=\"{expression}\"}}]");
     unevaluated().with_values(&[term]).unwrap()
 }
 
@@ -453,7 +452,10 @@ fn rewards_beyond_32_bits_are_counted_and_not_learned_from() {
     let (whole, report) = whole_and_resumed(root.path(), &with_term(huge));
     assert!(report.diverged > 0 && diverged(&whole) > 0.0);
     let metrics = text(&whole, "metrics.csv");
-    let sums = metrics.lines().skip(1).map(|l| l.rsplit(',').next().unwrap());
+    let sums = metrics
+        .lines()
+        .skip(1)
+        .map(|l| l.rsplit(',').next().unwrap());
     assert!(sums.into_iter().all(|sum| sum == "0"), "{metrics}");
 }
 
@@ -512,7 +514,10 @@ fn a_run_that_goes_on_has_no_report_until_it_ends() {
         report: report.clone(),
         looked: 0,
     };
-    Training::resume(&folder).unwrap().run(&mut looking).unwrap();
+    Training::resume(&folder)
+        .unwrap()
+        .run(&mut looking)
+        .unwrap();
     assert!(looking.looked > 1);
     assert!(report.exists());
 }

@@ -445,6 +445,35 @@ fn a_run_without_its_checkpoint_is_left_as_it_is_and_the_others_are_run() {
     assert_eq!(std::fs::read(trial.join("episodes.csv")).unwrap(), episodes);
 }
 
+/// It ended the whole sweep, and its table.
+#[test]
+fn a_damaged_report_is_that_of_a_failed_trial_and_the_others_are_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = Sweep::parse(FILE, "tiny.toml").unwrap();
+    run(&sweep, folder.path(), 2, u64::MAX);
+    let report = folder
+        .path()
+        .join(&sweep.trials[0].folder)
+        .join("report.json");
+    let whole = std::fs::read(&report).unwrap();
+    std::fs::write(&report, &whole[..20]).unwrap();
+    std::fs::remove_dir_all(folder.path().join(&sweep.trials[1].folder)).unwrap();
+    let told = run(&sweep, folder.path(), 1, u64::MAX);
+    assert_eq!((told.finished, told.skipped), (1, 2), "{told:?}");
+    assert_eq!(told.failed.len(), 1);
+    let failed = &told.failed[0];
+    assert!(
+        failed.contains("report.json") && failed.contains("remove it"),
+        "{failed}"
+    );
+    let finished = || sweep.table(folder.path()).unwrap().variants[0].finished;
+    assert_eq!(finished(), 1);
+    std::fs::remove_file(&report).unwrap();
+    let told = run(&sweep, folder.path(), 1, u64::MAX);
+    assert_eq!((told.finished, told.skipped), (1, 3), "{told:?}");
+    assert_eq!(finished(), 2);
+}
+
 /// A kill between a new run's first checkpoint and its configuration left a folder that the sweep refused.
 #[test]
 fn a_trial_killed_before_its_configuration_was_written_begins_anew() {

@@ -146,7 +146,10 @@ impl Experiment {
             ));
         }
         let text = std::fs::read_to_string(&path)
-            .map_err(|e| parse_error(&key, &format!("cannot read {}: {e}", path.display())))?;
+            .map_err(|e| parse_error(&key, &format!(
+                    "cannot read {}: {e}; give the name of a recipe, or a path as it is from the folder of this file",
+                    path.display()
+                )))?;
         Self::parse_within(&text, &path.display().to_string(), within)
     }
 

@@ -2,7 +2,7 @@
 
 use super::{Sweep, Variant, is_finished};
 use crate::evaluations::{EvaluatedChanges, EvaluatedMotion, Evaluation, RunName};
-use crate::run_folder::TrainingError;
+use crate::training_error::TrainingError;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::statistics::{bootstrap_interval, interquartile_mean, mean};
 use serde::Serialize;
@@ -142,7 +142,8 @@ impl EvaluationSummary {
             let between = e.changes.iter().filter(|c| c.gaits == [from, to]);
             between.map(EvaluatedChanges::made).sum()
         };
-        let by_command = |a: &&EvaluatedMotion, b: &&EvaluatedMotion| a.omega_v.total_cmp(&b.omega_v);
+        let by_command =
+            |a: &&EvaluatedMotion, b: &&EvaluatedMotion| a.omega_v.total_cmp(&b.omega_v);
         let walk = e.motion(GaitClass::Walking);
         let run = e.motion(GaitClass::Running);
         let slow = walk.or_else(|| e.rows.iter().min_by(by_command));
@@ -191,7 +192,8 @@ impl TrialSummary {
         Ok(Some(Self {
             variant: variant.to_owned(),
             seed,
-            finished: is_finished(run)?,
+            // A damaged report is an error to whoever runs the trial; what was evaluated counts all the same.
+            finished: is_finished(run).unwrap_or(false),
             elapsed_s: last.elapsed_s,
             evaluations: evaluations.len(),
             best: EvaluationSummary::of(best),
@@ -208,7 +210,7 @@ impl SweepTable {
             let at = folder.join(&trial.folder);
             let variant = &sweep.variants[trial.variant].name;
             // A folder of other settings has no place in the table.
-            trial.is_finished(&at)?;
+            trial.require_own(&at)?;
             trials.extend(TrialSummary::read(&at, variant, trial.experiment.seed)?);
         }
         let name = sweep.name.clone();

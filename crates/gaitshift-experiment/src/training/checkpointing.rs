@@ -5,7 +5,9 @@ use super::{NONE_YET, Training, learner_mirror};
 use crate::config::Experiment;
 use crate::durable;
 use crate::edits::{Edit, edits, is_decided};
-use crate::run_folder::{LogLengths, RunFolder, STATE, TrainingError};
+use crate::logs::LogLengths;
+use crate::run_folder::{RunFolder, STATE};
+use crate::training_error::{TrainingError, io_error};
 use gaitshift_sac::{Agent, ReplayBuffer};
 use gaitshift_task::{
     BatchState, CommandDraw, Randomization, StartParameters, TerminationParameters,
@@ -177,8 +179,7 @@ impl Training {
         self.agent.save(&folder.pending("agent.safetensors"))?;
         self.replay.save(&folder.pending("replay.safetensors"))?;
         let config = folder.pending("config.toml");
-        durable::write(&config, self.configuration()?.as_bytes())
-            .map_err(|e| TrainingError::other(&config, e.to_string()))?;
+        durable::write(&config, self.configuration()?.as_bytes()).map_err(io_error(&config))?;
         folder.keep_best()?;
         folder.sync_checkpoint()?;
         let state = CheckpointState {

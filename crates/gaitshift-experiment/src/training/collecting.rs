@@ -3,7 +3,8 @@
 use super::Training;
 use super::counting::lap;
 use crate::config::Symmetry;
-use crate::run_folder::{TextLog, TrainingError};
+use crate::logs::TextLog;
+use crate::training_error::TrainingError;
 use gaitshift_sac::{Transitions, reflect};
 use gaitshift_task::{
     ACTION_SIZE, EndReason, FinishedEpisode, OBSERVATION_SIZE, PhaseSettings, StepOutcome,

@@ -4,9 +4,10 @@ use super::counting::lap;
 use super::{Observer, Training, WALK_FILE};
 use crate::acceptance::{Judgement, judge};
 use crate::controller::{Controller, Deterministic};
+use crate::logs::{Disturbed, Logs};
 use crate::provenance::Provenance;
 use crate::rehearsal::best_walk;
-use crate::run_folder::{Disturbed, Logs, TrainingError};
+use crate::training_error::TrainingError;
 use gaitshift_sac::Policy;
 use gaitshift_task::{
     ACTION_SIZE, EndReason, EnvironmentBatch, OBSERVATION_SIZE, scale_observation,
