@@ -2,10 +2,10 @@
 //!
 //! [`Randomization`](crate::Randomization) draws such things for training; here they are given.
 
+use crate::conditions::{Conditions, LONGEST_LATENCY_S};
 use crate::environment::Part;
 use crate::error::require;
 use crate::observation::OBSERVATION_SIZE;
-use crate::randomization::{Conditions, LONGEST_LATENCY_S};
 use crate::{
     Environment, RewardParameters, SensorNoise, StepOutcome, TaskError, TaskParameters,
     TerrainParameters, observe,

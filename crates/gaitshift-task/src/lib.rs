@@ -2,6 +2,8 @@
 //! endings of an episode, the curriculum as data, randomized episodes, a batch of environments for training,
 //! and a vector of them with automatic resets for everybody else.
 
+mod batch;
+mod conditions;
 mod curriculum;
 mod disturbance;
 mod environment;
@@ -14,14 +16,17 @@ mod outcome;
 mod overrides;
 mod parameters;
 mod randomization;
+mod ranges;
 mod reward;
+mod sensor_noise;
 mod start;
 mod terrain;
 mod vector;
 
+pub use batch::{BatchState, EnvironmentBatch, FinishedEpisode, Member};
 pub use curriculum::{CommandDraw, Curriculum, Phase, PhaseSettings};
 pub use disturbance::{Disturbance, Disturbed, Push};
-pub use environment::{BatchState, Environment, EnvironmentBatch, FinishedEpisode, Member};
+pub use environment::Environment;
 pub use error::TaskError;
 pub use expression::{Expression, QUANTITIES};
 pub use extra::{ExtraRule, ExtraRules, ExtraTerm, ExtraTerms};
@@ -33,10 +38,10 @@ pub use observation::{
 pub use outcome::{EndReason, MOST_EXTRA, RewardTerms, StepEnergies, StepOutcome};
 pub use overrides::{Keyed, Overrides};
 pub use parameters::{TaskParameters, TerminationParameters};
-pub use randomization::{
-    BodyFactors, PushRanges, Randomization, SensorNoise, StepRanges, TerrainRanges, UnevenRanges,
-};
+pub use randomization::{BodyFactors, Randomization};
+pub use ranges::{PushRanges, StepRanges, TerrainRanges, UnevenRanges};
 pub use reward::{LegTerm, RewardParameters};
+pub use sensor_noise::SensorNoise;
 pub use start::StartParameters;
 pub use terrain::{TerrainParameters, TerrainStep, UnevenGround};
 pub use vector::{

@@ -1,8 +1,9 @@
 //! Environments stepped together for other learners than ours: with a seed for each, automatic resets as Gymnasium defines
 //! them, and everything there is to tell of a step.
 
+use crate::conditions::Conditions;
 use crate::observation::OBSERVATION_SIZE;
-use crate::randomization::{Conditions, uniform};
+use crate::ranges::uniform;
 use crate::{
     Disturbance, Disturbed, EndReason, Environment, MOST_EXTRA, Randomization, RewardParameters,
     RewardTerms, TaskError, TaskParameters,
