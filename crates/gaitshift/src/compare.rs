@@ -97,8 +97,11 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
     if let Some(folder) = folder {
         // What a comparison of other runs left there, where the folder is this command's own.
         if a.out.is_none() {
-            for name in ["learning", "table"] {
+            for name in ["learning", "table", "sweep"] {
                 output::remove_picture(&folder.join(name))?;
+            }
+            for name in ["table.md", "table.json"] {
+                output::remove(&folder.join(name))?;
             }
         }
         let sweep: Vec<_> = measured

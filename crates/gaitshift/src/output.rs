@@ -93,16 +93,17 @@ pub fn file(path: &Path, content: &[u8]) -> Result<(), Failure> {
 
 /// Removes a picture that an earlier call left, so that nobody takes it for one of this.
 pub fn remove_picture(path: &Path) -> Result<(), Failure> {
-    for ending in ["svg", "png"] {
-        let path = path.with_extension(ending);
-        match std::fs::remove_file(&path) {
-            Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
-                return Err(Failure::write(&path, &cause));
-            }
-            _ => {}
-        }
+    ["svg", "png"]
+        .iter()
+        .try_for_each(|ending| remove(&path.with_extension(ending)))
+}
+
+/// Removes a file, if it is there.
+pub fn remove(path: &Path) -> Result<(), Failure> {
+    match std::fs::remove_file(path) {
+        Err(cause) if cause.kind() != io::ErrorKind::NotFound => Err(Failure::write(path, &cause)),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// Creates a folder for what a command writes.

@@ -144,6 +144,9 @@ fn options_that_exclude_each_other_are_refused() {
         "transition --from 0 --command-profile p.csv",
         "train fast --resume runs/fast-1",
         "train --seed 2 --resume runs/fast-1",
+        // Of these the second was ignored.
+        "train --check --view",
+        "sweep s.toml --table --jobs 4",
     ] {
         place.refused(arguments, &["cannot be used with"]);
     }

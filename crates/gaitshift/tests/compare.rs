@@ -86,6 +86,32 @@ fn runs_are_compared_by_their_course_too() {
     );
 }
 
+// The table of other runs stayed beside the figure of a comparison.
+#[test]
+fn nothing_of_an_earlier_comparison_is_left() {
+    let place = Place::new();
+    place.write("tiny.toml", TINY);
+    place.stdout("train tiny.toml --out run");
+    place.write_toy_recording("toy.csv");
+    place.stdout("compare run --omega-v 0 --duration-s 1");
+    let files = [
+        "table.md",
+        "table.json",
+        "table.svg",
+        "learning.svg",
+        "sweep.svg",
+    ];
+    let there = |name: &str| place.path(&format!("out/compare/{name}")).exists();
+    assert!(files.iter().all(|name| there(name)));
+    place.stdout("compare shipped --omega-v 0 --duration-s 1");
+    assert_eq!(files.map(there), [false, false, false, false, true]);
+    place.stdout("compare toy.csv");
+    let drawn = there("sweep.svg");
+    std::fs::remove_dir_all(place.path("out")).unwrap();
+    place.stdout("compare toy.csv");
+    assert_eq!(drawn, there("sweep.svg"));
+}
+
 // The step of another evaluation was given, where one that met more criteria by chance scored less.
 #[test]
 fn the_best_is_the_evaluation_whose_controller_is_kept() {

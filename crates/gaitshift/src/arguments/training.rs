@@ -82,7 +82,7 @@ pub struct TrainArguments {
     /// Prints the phases in steps and minutes (measured by a few seconds of training), every value that
     /// differs from the recipe or file of `base`, and warnings. Nothing is written. With --seeds the time is that
     /// of all runs too.
-    #[arg(long, conflicts_with_all = ["resume", "out", "steps"])]
+    #[arg(long, conflicts_with_all = ["resume", "out", "steps", "view"])]
     pub check: bool,
 
     /// Resume the run in this folder from its last checkpoint
@@ -167,7 +167,7 @@ pub struct SweepArguments {
     pub out: Option<PathBuf>,
 
     /// Runs at a time, 1 to 256 [default: the processors, divided by the threads of a run]
-    #[arg(long, value_name = "N", allow_negative_numbers = true,
+    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "table",
           value_parser = clap::value_parser!(u16).range(1..=256))]
     pub jobs: Option<u16>,
 
