@@ -1,6 +1,7 @@
 //! What was edited in a run's configuration since its checkpoint. What the checkpoint decides cannot be edited: the
 //! learner and its settings, the seed, the sizes of the replay buffer, the criteria by which its best controller was chosen,
-//! and the body and control period in which its episodes stand. Everything else is applied from there on.
+//! the body and control period in which its episodes stand, the controller that it began with, the names of own reward terms,
+//! whether batches are mirrored, and the rehearsal once the walk is remembered. Everything else is applied from there on.
 
 use crate::config::{ConfigError, Experiment, leaves};
 use std::collections::{BTreeMap, BTreeSet};

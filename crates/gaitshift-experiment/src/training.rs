@@ -47,7 +47,7 @@ pub trait Observer {
     fn evaluated(&mut self, progress: &Progress, judgement: &Judgement, best: bool);
     /// Called with what else a person should know, a sentence or two.
     fn note(&mut self, text: &str);
-    /// Asked after every step of the batch; `true` checkpoints and stops.
+    /// Asked before every step of the batch; `true` checkpoints and stops.
     fn stop_requested(&self) -> bool;
 }
 

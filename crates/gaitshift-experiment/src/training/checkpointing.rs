@@ -51,8 +51,9 @@ impl Training {
     ///
     /// # Errors
     /// No run or no checkpoint there, one that is damaged or of another version, or an edit of what the checkpoint
-    /// decides: the learner, the seed, the body, the control period, the number of environments and the size of the
-    /// replay buffer.
+    /// decides: the learner, the seed, the body, the control period, the number of environments, the size of the replay
+    /// buffer, the criteria, the controller of a warm start, the names of own reward terms, whether batches are mirrored, and
+    /// the rehearsal once the walk is remembered.
     pub fn resume(folder: &Path) -> Result<Self, TrainingError> {
         let folder = RunFolder::at(folder);
         folder.require_config()?;
