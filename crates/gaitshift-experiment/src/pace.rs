@@ -9,11 +9,16 @@ use std::time::{Duration, Instant};
 
 /// Environment steps per second of an experiment on this machine as busy as it is now: a run of `duration` with
 /// updates, in a scratch folder that is removed again. Evaluations and checkpoints are left out. What comes before that is
-/// as long at most; where a few updates take longer, they are what is measured.
+/// as long at most; where a few updates take longer, they are what is measured. It ends early, with the pace so far, once `stop`
+/// says so, which is asked before each control period of all environments.
 ///
 /// # Errors
 /// As [`Training::new`] and [`Training::run`]; checkpoints are not written.
-pub fn steps_per_second(experiment: &Experiment, duration: Duration) -> Result<f64, TrainingError> {
+pub fn steps_per_second(
+    experiment: &Experiment,
+    duration: Duration,
+    stop: &dyn Fn() -> bool,
+) -> Result<f64, TrainingError> {
     let mut e = experiment.clone();
     let environments = e.training.environments as u64;
     let first_update = (e.learner.batch_size as u64).max(4 * environments);
@@ -33,6 +38,7 @@ pub fn steps_per_second(experiment: &Experiment, duration: Duration) -> Result<f
         from: Cell::new(None),
         taken: Cell::new(None),
         duration,
+        stop,
     };
     Training::try_out(e, &scratch.path().join("run"), &mut clock)?;
     // A run that is over before has not been measured.
@@ -46,7 +52,7 @@ pub fn steps_per_second(experiment: &Experiment, duration: Duration) -> Result<f
 
 /// Counts control periods and stops after `duration`, counted from the `warm`th period on. If that is not reached within
 /// `duration` from the `first` one on, in which updates begin, it counts from there, whole cycles of an update.
-struct Clock {
+struct Clock<'a> {
     first: u64,
     warm: u64,
     cycle: u64,
@@ -56,9 +62,10 @@ struct Clock {
     /// What it has counted.
     taken: Cell<Option<(u64, Duration)>>,
     duration: Duration,
+    stop: &'a dyn Fn() -> bool,
 }
 
-impl Clock {
+impl Clock<'_> {
     /// Periods since it counts, and the time they took.
     fn so_far(&self) -> Option<(u64, Duration)> {
         let (period, from) = self.from.get()?;
@@ -66,7 +73,7 @@ impl Clock {
     }
 }
 
-impl Observer for Clock {
+impl Observer for Clock<'_> {
     fn progress(&mut self, _: &Progress) {}
     fn evaluated(&mut self, _: &Progress, _: &Judgement, _: bool) {}
     fn note(&mut self, _: &str) {}
@@ -84,6 +91,6 @@ impl Observer for Clock {
         if counted.is_none() {
             self.periods.set(over + 1);
         }
-        counted.is_some()
+        counted.is_some() || (self.stop)()
     }
 }

@@ -2,6 +2,7 @@
 //! long a few of them are measured; nothing is left behind.
 
 use gaitshift_experiment::{Experiment, steps_per_second};
+use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 const DURATION: Duration = Duration::from_millis(300);
@@ -11,7 +12,7 @@ fn pace(changes: &[&str]) -> (f64, Duration) {
     let experiment = Experiment::recipe("fast").unwrap();
     let experiment = experiment.with_values(&changes).unwrap();
     let from = Instant::now();
-    let pace = steps_per_second(&experiment, DURATION).unwrap();
+    let pace = steps_per_second(&experiment, DURATION, &|| false).unwrap();
     (pace, from.elapsed())
 }
 
@@ -37,4 +38,17 @@ fn slow_updates_are_measured_by_a_few() {
     assert!(pace > 0.0 && pace < 300.0, "{pace}");
     let steps = taken.as_secs_f64() * pace;
     assert!(steps < 250.0, "about {steps} steps in {taken:?}");
+}
+
+// An interrupted measurement went on, or left its folder.
+#[test]
+fn it_stops_when_it_is_told_to() {
+    let experiment = Experiment::recipe("fast").unwrap();
+    let asked = Cell::new(0);
+    let stop = || {
+        asked.set(asked.get() + 1);
+        asked.get() == 3
+    };
+    steps_per_second(&experiment, Duration::from_secs(3600), &stop).unwrap();
+    assert_eq!(asked.get(), 3);
 }

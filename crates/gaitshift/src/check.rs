@@ -4,11 +4,12 @@ use crate::arguments::TrainArguments;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::{count, duration};
-use crate::train;
+use crate::train::{self, catch_interrupts};
 use gaitshift_experiment::{Experiment, Review, steps_per_second};
 use gaitshift_task::Randomization;
 use serde::Serialize;
 use serde_json::Value;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// How long the pace is measured.
@@ -66,11 +67,17 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
             weights / 1_000_000
         ));
     }
+    // So that its scratch folder is removed.
+    let interrupted = catch_interrupts("stopping")?;
+    let stop = || interrupted.load(Ordering::SeqCst);
     // What is wrong with the file is to be told all the same.
-    let pace = steps_per_second(&experiment, MEASURED).unwrap_or_else(|cause| {
+    let pace = steps_per_second(&experiment, MEASURED, &stop).unwrap_or_else(|cause| {
         output::note(&format!("the pace cannot be measured: {cause}"));
         0.0
     });
+    if stop() {
+        return Err(Failure::Interrupted);
+    }
     // Of a run that is over before it can be measured nothing is known.
     let steps_per_s = (pace > 0.0).then_some(pace);
     let report = Report {

@@ -31,15 +31,15 @@ pub fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
         None => sweep::default_jobs(sweep),
     };
     let threads = arguments.jobs.map_or_else(report::processors, usize::from);
+    let interrupted = catch_interrupts("stopping after a checkpoint")?;
     let mut training_s = 0.0;
     for sweep in &sweeps {
-        training_s += sweep::estimate(sweep, jobs(sweep), &folder(out, sweep))?;
+        training_s += sweep::estimate(sweep, jobs(sweep), &folder(out, sweep), &interrupted)?;
     }
     estimate_measuring(&sweeps, threads, training_s)?;
     if arguments.dry_run {
         return Ok(());
     }
-    let interrupted = catch_interrupts()?;
     let command = portable_command(given);
     for sweep in &sweeps {
         let at = folder(out, sweep);

@@ -34,14 +34,15 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     let jobs = arguments
         .jobs
         .map_or_else(|| default_jobs(&sweep), usize::from);
-    if arguments.dry_run && arguments.print.json {
-        return output::json(&expect(&sweep, jobs, &folder, |_| Ok(()))?);
-    }
     if arguments.dry_run {
-        return estimate(&sweep, jobs, &folder).map(|_| ());
+        let interrupted = catch_interrupts("stopping")?;
+        if arguments.print.json {
+            return output::json(&expect(&sweep, jobs, &folder, &interrupted, |_| Ok(()))?);
+        }
+        return estimate(&sweep, jobs, &folder, &interrupted).map(|_| ());
     }
     if !arguments.table {
-        let interrupted = catch_interrupts()?;
+        let interrupted = catch_interrupts("stopping after a checkpoint")?;
         let mine = match arguments.part {
             Some(part) => sweep.part(part.number, part.of),
             None => sweep.clone(),
@@ -155,6 +156,7 @@ fn expect(
     sweep: &Sweep,
     jobs: usize,
     folder: &Path,
+    interrupted: &AtomicBool,
     tell: impl Fn(&Expected) -> Result<(), Failure>,
 ) -> Result<Estimate, Failure> {
     let apart = sweep.variants.len().div_ceil(MOST_PACES);
@@ -167,8 +169,12 @@ fn expect(
         let steps = trial.experiment.curriculum.total_steps();
         let measured = index % apart == 0;
         let steps_per_s = if measured {
-            let rate = steps_per_second(&trial.experiment, PACE_DURATION)
+            let stop = || interrupted.load(Ordering::SeqCst);
+            let rate = steps_per_second(&trial.experiment, PACE_DURATION, &stop)
                 .map_err(|cause| Failure::run(format!("variant `{}`: {cause}", variant.name)))?;
+            if stop() {
+                return Err(Failure::Interrupted);
+            }
             // A run that is over before it can be measured takes no time to speak of.
             rates.extend(Some(rate).filter(|&rate| rate > 0.0));
             rate
@@ -201,8 +207,13 @@ fn expect(
 }
 
 /// Says what would be run and how long it would take. Gives that time, in s.
-pub fn estimate(sweep: &Sweep, jobs: usize, folder: &Path) -> Result<f64, Failure> {
-    let estimate = expect(sweep, jobs, folder, |v| {
+pub fn estimate(
+    sweep: &Sweep,
+    jobs: usize,
+    folder: &Path,
+    interrupted: &AtomicBool,
+) -> Result<f64, Failure> {
+    let estimate = expect(sweep, jobs, folder, interrupted, |v| {
         output::line(&format!(
             "{}: {} seed{} of {} steps, {}{:.0} steps/s, {} each",
             v.name,

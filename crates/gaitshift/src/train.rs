@@ -70,7 +70,7 @@ impl Outcome {
 
 /// Runs the command.
 pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
-    let interrupted = catch_interrupts()?;
+    let interrupted = catch_interrupts("stopping after a checkpoint")?;
     let seeds = seeds(arguments)?;
     if seeds.is_empty() {
         let (folder, training) = prepare(arguments)?;
@@ -311,9 +311,9 @@ fn start(
     Training::new(experiment, folder, &arguments.command).map_err(Failure::input)
 }
 
-/// The first Ctrl-C (or SIGTERM, SIGHUP) asks for a checkpoint, the second ends the program at once. SIGUSR1, with which a
-/// batch system warns of its time limit, asks for a checkpoint however often it comes.
-pub fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
+/// The first Ctrl-C (or SIGTERM, SIGHUP) asks for an orderly end, as with a checkpoint, and is answered by `what`; the second ends
+/// the program at once. SIGUSR1, with which a batch system warns of its time limit, asks for such an end however often it comes.
+pub fn catch_interrupts(what: &'static str) -> Result<Arc<AtomicBool>, Failure> {
     let interrupted = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
     signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&interrupted))
@@ -325,7 +325,7 @@ pub fn catch_interrupts() -> Result<Arc<AtomicBool>, Failure> {
         if pressed.swap(true, Ordering::SeqCst) {
             std::process::exit(130);
         }
-        output::note("stopping after a checkpoint; press Ctrl-C again to stop at once");
+        output::note(&format!("{what}; press Ctrl-C again to stop at once"));
     })
     .map_err(Failure::run)?;
     Ok(interrupted)

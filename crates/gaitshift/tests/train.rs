@@ -181,6 +181,42 @@ fn an_interrupt_writes_a_checkpoint_to_go_on_from() {
     }
 }
 
+// The scratch folder of the measurement was left behind.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_measurement_leaves_nothing() {
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+    let place = place_with_recipe();
+    place.write(
+        "sweep.toml",
+        "name = \"s\"\nexperiment = \"fast\"\nseeds = [1]\n[[variants]]\nname = \"a\"\n",
+    );
+    let scratch = place.path("scratch");
+    std::fs::create_dir(&scratch).unwrap();
+    let entries = || std::fs::read_dir(&scratch).unwrap().count();
+    for command in ["train fast --check", "sweep sweep.toml --dry-run"] {
+        let mut child = place
+            .command(command)
+            .env("TMPDIR", &scratch)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let begun = Instant::now();
+        while entries() == 0 {
+            assert!(begun.elapsed() < Duration::from_secs(60), "{command}");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let interrupted = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(interrupted.unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{command}");
+        assert_eq!(entries(), 0, "{command}");
+    }
+}
+
 #[test]
 fn a_bad_configuration_is_refused_before_anything_is_written() {
     let place = Place::new();
