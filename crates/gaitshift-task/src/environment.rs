@@ -4,7 +4,7 @@ use crate::conditions::Conditions;
 use crate::expression::{Moment, Quantities};
 use crate::observation::{OBSERVATION_SIZE, observe};
 use crate::{EndReason, RewardParameters, RewardTerms, StepEnergies, StepOutcome, TaskParameters};
-use gaitshift_body::{AdvanceReport, Body, BodyState, EnergyAccount, Meter};
+use gaitshift_body::{AdvanceReport, Body, BodyState, EnergyAccount, LEFT, Meter, RIGHT};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
@@ -226,6 +226,7 @@ impl Environment {
                 omega_v: self.omega_v,
                 time_s: f64::from(self.periods) * task.control_period_s,
                 ground_m,
+                sole_m: [RIGHT, LEFT].map(|leg| body.sole_height(&self.state, leg)),
                 command,
                 previous,
                 energy,

@@ -37,6 +37,7 @@ pub(crate) struct Moment<'a> {
     pub omega_v: f64,
     pub time_s: f64,
     pub ground_m: f64,
+    pub sole_m: [f64; 2],
     pub command: [f64; 2],
     pub previous: [f64; 2],
     pub energy: MechanicalEnergy,
@@ -65,6 +66,7 @@ impl<'a> Moment<'a> {
             omega_v: 0.0,
             time_s: 0.0,
             ground_m: body.ground_height(state.x),
+            sole_m: [RIGHT, LEFT].map(|leg| body.sole_height(state, leg)),
             command: [0.0; 2],
             previous: [0.0; 2],
             energy: body.energy(state),
@@ -80,7 +82,8 @@ macro_rules! quantities {
         ///
         /// One that a recording has a column of is the same there: states and energies at the end of the control period,
         /// forces as means over it, works and losses since the episode began. `…_previous_command` are of the period
-        /// before, `ground_height_m` is that of the ground below the hip axis, and `period_…` are of this period: the
+        /// before, `ground_height_m` is that of the ground below the hip axis, `…_sole_height_m` are those of
+        /// the soles' lowest points over the ground, and `period_…` are of this period: the
         /// change of the energy that the reward prices, the actuators' positive work, the loss to friction.
         pub const QUANTITIES: &[&str] = &[$($name),*];
 
@@ -148,6 +151,8 @@ quantities! { |m|
     "com_x_velocity_m_per_s" m.centre.x_dot;
     "com_z_velocity_m_per_s" m.centre.z_dot;
     "ground_height_m" m.ground_m;
+    "right_sole_height_m" m.sole_m[RIGHT];
+    "left_sole_height_m" m.sole_m[LEFT];
     "period_energy_change_j" m.energies.change_j;
     "period_positive_work_j" m.energies.positive_work_j;
     "period_friction_loss_j" m.energies.friction_loss_j;

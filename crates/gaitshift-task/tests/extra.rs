@@ -63,6 +63,10 @@ fn a_term_is_its_weight_times_its_expression() {
     assert_eq!(value("time_s > 0.02 && omega_v == 1 ? 3 : 1 / 0").0, 6.0);
     let (own, environment) = value("actuator_positive_work_j");
     assert_eq!(own, 2.0 * environment.account.positive_work());
+    for (leg, name) in ["right", "left"].into_iter().enumerate() {
+        let (own, environment) = value(&format!("{name}_sole_height_m"));
+        assert_eq!(own, 2.0 * body().sole_height(&environment.state, leg));
+    }
 }
 
 #[test]
@@ -121,10 +125,12 @@ fn what_is_not_finite_at_the_start_is_refused() {
 
 #[test]
 fn what_is_not_finite_later_fails_the_step() {
-    // Finite at the start, where time is 0; a domain error from 0.03 s on.
+    // Finite at the start, where time is 0; not from 0.03 s on.
     for text in [
         term("sqrt(0.025 - time_s)"),
         rule("odd", "sqrt(0.025 - time_s) < 0"),
+        // More than the learner's 32 bits hold.
+        term("time_s > 0.025 ? exp(200) : 0"),
     ] {
         let task = task(&text);
         task.validate(&BodyParameters::default()).unwrap();
