@@ -170,12 +170,12 @@ impl ExtraTerms {
         self.weights.get_mut(place)
     }
 
-    /// The weighted terms, the rest 0; nothing where one has no value that is finite in the learner's 32 bits.
+    /// The weighted terms, the rest 0; nothing where one has no finite value.
     pub(crate) fn values(&self, quantities: &Quantities) -> Option<[f64; MOST_EXTRA]> {
         let mut values = [0.0; MOST_EXTRA];
         for ((value, term), weight) in values.iter_mut().zip(&*self.terms).zip(self.weights) {
             *value = weight * term.expression.evaluate(quantities).ok()?;
-            if !(*value as f32).is_finite() {
+            if !value.is_finite() {
                 return None;
             }
         }
