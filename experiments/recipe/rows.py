@@ -1,4 +1,4 @@
-"""Rows of "Left out one at a time" in docs/deviations.md, from the runs of a sweep.
+"""Rows of "Left out one at a time" in docs/leave-one-out.md, from the runs of a sweep.
 
     gaitshift sweep experiments/recipe/leave_one_out.toml
     python experiments/recipe/rows.py runs/leave-one-out/*
