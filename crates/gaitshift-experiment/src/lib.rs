@@ -42,6 +42,7 @@ pub use provenance::{Provenance, portable_command, portable_path, quoted};
 pub use rehearsal::{RehearsalParameters, best_walk};
 pub use review::Review;
 pub use rollout::Rollout;
+pub use run_folder::is_finished;
 pub use seeds::parse_seeds;
 pub use simulation::{Control, Simulation, recording_row};
 pub use stress::{Limit, Stress, StressPlan, stress};

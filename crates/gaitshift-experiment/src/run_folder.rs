@@ -288,3 +288,21 @@ fn remove_folder(path: &Path) -> Result<(), TrainingError> {
         _ => Ok(()),
     }
 }
+
+/// Whether the run in a folder came to its end; one that was only stopped has a report too.
+///
+/// # Errors
+/// Its report is damaged.
+pub fn is_finished(folder: &Path) -> Result<bool, TrainingError> {
+    let report = folder.join(REPORT);
+    let Ok(text) = fs::read_to_string(&report) else {
+        return Ok(false);
+    };
+    let report: serde_json::Value = serde_json::from_str(&text).map_err(|e| {
+        let cause = format!(
+            "is damaged: {e}; remove it, and the same command goes on with the run from its checkpoint"
+        );
+        TrainingError::other(&report, cause)
+    })?;
+    Ok(report["finished"] == true)
+}

@@ -13,7 +13,7 @@ pub use table::{Estimate, EvaluationSummary, SweepTable, TrialSummary, VariantSu
 use crate::config::{ConfigError, Experiment, did_you_mean, overlay, read};
 use crate::durable;
 use crate::provenance::portable_command;
-use crate::run_folder::{REPORT, RunFolder};
+use crate::run_folder::{RunFolder, is_finished};
 use crate::seeds::{GREATEST, listed};
 use crate::tensorboard::{Setting, settings_file};
 use crate::training::{Observer, Training};
@@ -399,21 +399,6 @@ pub fn begin_trial(
         durable::write(&file, &settings_file(&settings.0)).map_err(io_error(&file))?;
     }
     Ok(training)
-}
-
-/// Whether the run in a folder came to its end.
-fn is_finished(folder: &Path) -> Result<bool, TrainingError> {
-    let report = folder.join(REPORT);
-    let Ok(text) = std::fs::read_to_string(&report) else {
-        return Ok(false);
-    };
-    let report: serde_json::Value = serde_json::from_str(&text).map_err(|e| {
-        let cause = format!(
-            "is damaged: {e}; remove it, and the same command goes on with the run from its checkpoint"
-        );
-        TrainingError::other(&report, cause)
-    })?;
-    Ok(report["finished"] == true)
 }
 
 /// The first element that stands in the list before.

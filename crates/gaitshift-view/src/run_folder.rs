@@ -3,7 +3,7 @@
 use crate::biped::Subject;
 use gaitshift_analysis::GaitClass;
 use gaitshift_body::Body;
-use gaitshift_experiment::{Controller, Evaluation};
+use gaitshift_experiment::{Controller, Evaluation, is_finished};
 use serde::Serialize;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -175,13 +175,6 @@ impl RunView {
         })
     }
 
-    /// Whether the run came to its end; one that was only stopped has a report too.
-    fn is_finished(&self) -> bool {
-        let text = std::fs::read_to_string(self.folder.join("report.json")).unwrap_or_default();
-        serde_json::from_str::<serde_json::Value>(&text)
-            .is_ok_and(|report| report["finished"] == true)
-    }
-
     /// The curves as JSON; what is not there yet is empty.
     pub fn json(&self) -> String {
         let mut known = match self.read.lock() {
@@ -219,7 +212,7 @@ impl RunView {
             folder: self.folder.display().to_string(),
             curve: known.curve.points.iter().map(mean).collect(),
             evaluations: &known.evaluations,
-            finished: self.is_finished(),
+            finished: is_finished(&self.folder).unwrap_or(false),
         };
         serde_json::to_string(&answer).unwrap_or_else(|_| "{}".to_owned())
     }

@@ -1,7 +1,8 @@
 //! What the trials of a sweep reached, trial by trial and variant by variant.
 
-use super::{Sweep, Variant, is_finished};
+use super::{Sweep, Variant};
 use crate::evaluations::{EvaluatedChanges, EvaluatedMotion, Evaluation, RunName};
+use crate::run_folder::is_finished;
 use crate::training_error::TrainingError;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::statistics::{bootstrap_interval, interquartile_mean, mean};
