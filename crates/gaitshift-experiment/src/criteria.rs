@@ -1,10 +1,10 @@
 //! What is asked of a finished controller: `[criteria]` of an experiment.
 
 use gaitshift_analysis::GaitClass;
+use gaitshift_task::OMEGA_V_MAX;
 use serde::{Deserialize, Serialize};
 
-/// Greatest |ω_v| of a criterion, and the longest motion in s: as those of `gaitshift evaluate`.
-pub(crate) const COMMAND_MAX: f64 = 100.0;
+/// Longest motion, in s: as that of `gaitshift evaluate`.
 const DURATION_MAX_S: f64 = 3600.0;
 /// Most motions that a list may ask for.
 const MOST: usize = 1000;
@@ -187,7 +187,7 @@ impl Criteria {
             commands,
             "a list of 1 to 1000 commands",
         )?;
-        let possible = |w: &f64| w.abs() <= COMMAND_MAX;
+        let possible = |w: &f64| w.abs() <= OMEGA_V_MAX;
         let different = |(i, w): (usize, &f64)| !commands[..i].contains(w);
         require(
             commands.iter().all(possible) && commands.iter().enumerate().all(different),

@@ -2,15 +2,15 @@
 //! them, for the learner to rehearse while it learns to run.
 
 use crate::acceptance::judge;
-use crate::criteria::{AskedGait, COMMAND_MAX, Criteria};
+use crate::criteria::{AskedGait, Criteria};
 use crate::simulation::Control;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::recording::RowError;
 use gaitshift_body::Body;
 use gaitshift_sac::{Policy, Rehearsal, SacError};
 use gaitshift_task::{
-    ACTION_SIZE, EndReason, EnvironmentBatch, OBSERVATION_SCALE, OBSERVATION_SIZE, PhaseSettings,
-    TaskParameters, scale_observation,
+    ACTION_SIZE, EndReason, EnvironmentBatch, OBSERVATION_SCALE, OBSERVATION_SIZE, OMEGA_V_MAX,
+    PhaseSettings, TaskParameters, scale_observation,
 };
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -146,7 +146,7 @@ impl RehearsalParameters {
             return error("states", self.states.to_string(), accepted);
         }
         let [low, high] = self.omega_v;
-        if !(-COMMAND_MAX <= low && low <= high && high <= COMMAND_MAX) {
+        if !(-OMEGA_V_MAX <= low && low <= high && high <= OMEGA_V_MAX) {
             let accepted = "[low, high] with -100 <= low <= high <= 100";
             return error("omega_v", format!("{:?}", self.omega_v), accepted);
         }

@@ -55,6 +55,23 @@ fn a_leg_of_another_length_is_told_the_height_of_a_fall() {
     );
 }
 
+// It was taken in silence, and every phase went on with the horizon of its own.
+#[test]
+fn a_setting_that_every_phase_replaces_is_told_to_have_no_effect() {
+    let gamma = "base = \"fast\"\n[learner]\ngamma = 0.995\n";
+    warned(
+        gamma,
+        &["`learner.gamma` is 0.995", "no effect", "`horizon`"],
+    );
+    // A phase without a horizon has that of γ.
+    let used = format!("{gamma}{PHASE}");
+    let warnings = review(&used).warnings;
+    assert!(
+        !warnings.iter().any(|w| w.contains("no effect")),
+        "{warnings:?}"
+    );
+}
+
 // It showed none.
 #[test]
 fn a_recipe_on_another_differs_from_that() {

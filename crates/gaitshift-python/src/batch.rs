@@ -7,8 +7,8 @@ use gaitshift_body::{Body, BodyParameters, BodyState, LEFT, RIGHT, Terrain};
 use gaitshift_experiment::{Simulation, recording_row};
 use gaitshift_figures::Snapshot;
 use gaitshift_task::{
-    AutoReset, INFO_SIZE, INFO_WIDTH, OBSERVATION_SIZE, Opening, TaskParameters, VectorEnvironment,
-    VectorState, VectorStep, info_names,
+    AutoReset, INFO_SIZE, INFO_WIDTH, OBSERVATION_SIZE, OMEGA_V_MAX, Opening, TaskParameters,
+    VectorEnvironment, VectorState, VectorStep, info_names,
 };
 use gaitshift_view::{Server, Show, Stopper, ViewOptions, Watched};
 use numpy::ndarray::{Array1, Array2, Array3};
@@ -83,9 +83,9 @@ impl Batch {
     ) -> PyResult<Self> {
         let controller = controller.map(|c| &c.controller);
         let (body, task) = body_and_task(experiment, controller, body, task)?;
-        if !(omega_v.iter().all(|w| w.abs() <= 100.0) && omega_v[0] <= omega_v[1]) {
+        if !(omega_v.iter().all(|w| w.abs() <= OMEGA_V_MAX) && omega_v[0] <= omega_v[1]) {
             return Err(value_error(format!(
-                "`omega_v` is {omega_v:?}, but it must be a command from -100 to 100, or a pair (lowest, highest) of them"
+                "`omega_v` is {omega_v:?}, but it must be a command from -{OMEGA_V_MAX} to {OMEGA_V_MAX}, or a pair (lowest, highest) of them"
             )));
         }
         let count = in_range("num_envs", count, 65_536)?;
@@ -539,11 +539,11 @@ fn check_action(value: f64) -> PyResult<()> {
 }
 
 fn check_command(omega_v: f64) -> PyResult<()> {
-    if omega_v.abs() <= 100.0 {
+    if omega_v.abs() <= OMEGA_V_MAX {
         return Ok(());
     }
     Err(value_error(format!(
-        "`omega_v` is {omega_v}, but it must be from -100 to 100"
+        "`omega_v` is {omega_v}, but it must be from -{OMEGA_V_MAX} to {OMEGA_V_MAX}"
     )))
 }
 

@@ -5,7 +5,9 @@ use crate::convert::{
 };
 use crate::recording::Recording;
 use gaitshift_experiment::{CommandProfile, Deterministic, Rollout, portable_path};
-use gaitshift_task::{ACTION_SIZE, Disturbance, Environment, OBSERVATION_SIZE, scale_observation};
+use gaitshift_task::{
+    ACTION_SIZE, Disturbance, Environment, OBSERVATION_SIZE, OMEGA_V_MAX, scale_observation,
+};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -179,12 +181,13 @@ impl Controller {
 
 /// The command over time from its points.
 fn command_profile(points: &[(f64, f64)]) -> PyResult<CommandProfile> {
-    let in_range = points.iter().all(|p| p.1.abs() <= 100.0);
+    let in_range = points.iter().all(|p| p.1.abs() <= OMEGA_V_MAX);
     CommandProfile::through(points)
         .filter(|_| in_range)
         .ok_or_else(|| {
-            value_error(
-                "the command needs at least one point (time in s, omega_v), increasing times and commands from -100 to 100",
-            )
+            value_error(format!(
+                "the command needs at least one point (time in s, omega_v), increasing times and commands from -{OMEGA_V_MAX} to \
+                 {OMEGA_V_MAX}"
+            ))
         })
 }

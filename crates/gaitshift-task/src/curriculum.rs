@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 
 /// Most environment steps of a phase: their sum must stay countable.
 const MOST_STEPS: u64 = 1_000_000_000_000_000;
-/// Greatest command, forward or backward: the bound of a command wherever one is given.
-const OMEGA_V_MAX: f64 = 100.0;
+/// Largest |ω_v| that is taken anywhere: far beyond what any controller was trained for, far below where numbers overflow.
+pub const OMEGA_V_MAX: f64 = 100.0;
 
 /// One phase of training. Everything optional stays as the task has it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

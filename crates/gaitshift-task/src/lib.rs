@@ -24,7 +24,7 @@ mod terrain;
 mod vector;
 
 pub use batch::{BatchState, EnvironmentBatch, FinishedEpisode, Member};
-pub use curriculum::{CommandDraw, Curriculum, Phase, PhaseSettings};
+pub use curriculum::{CommandDraw, Curriculum, OMEGA_V_MAX, Phase, PhaseSettings};
 pub use disturbance::{Disturbance, Disturbed, Push};
 pub use environment::Environment;
 pub use error::TaskError;

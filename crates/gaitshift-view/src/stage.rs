@@ -6,10 +6,9 @@ use gaitshift_analysis::recording::{Recording, column};
 use gaitshift_analysis::support::{Support, SupportPhase};
 use gaitshift_analysis::{GaitClass, GaitRule, recent};
 use gaitshift_body::{BodyParameters, ParameterError};
+use gaitshift_task::OMEGA_V_MAX;
 use serde::Serialize;
 
-/// Largest |ω_v| of the slider, as everywhere in the program.
-const OMEGA_V_MAX: f64 = 100.0;
 /// Duration of the preset changes' ramps, and of the run between them, in s.
 const RAMP_S: f64 = 0.4;
 const RUN_S: f64 = 6.0;

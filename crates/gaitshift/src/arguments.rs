@@ -13,7 +13,7 @@ pub use showing::{
     AnalyseArguments, ExportArguments, ExportFormat, RenderArguments, ViewArguments,
 };
 pub use training::{SweepArguments, TrainArguments};
-pub use values::{OMEGA_V_MAX, distinct, distinct_commands, distinct_paths};
+pub use values::{distinct, distinct_commands, distinct_paths};
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};

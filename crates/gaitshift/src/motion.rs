@@ -1,6 +1,6 @@
 //! What moves: a controller, the body it drives and the start; and the motions asked for.
 
-use crate::arguments::{ChangeArguments, OMEGA_V_MAX, SubjectArguments};
+use crate::arguments::{ChangeArguments, SubjectArguments};
 use crate::failure::Failure;
 use crate::{disturb, output, render};
 use gaitshift_analysis::Recording;
@@ -9,7 +9,7 @@ use gaitshift_experiment::{
     CommandProfile, Controller, Deterministic, Rollout, load_body_overrides, portable_path,
     set_body_and_task,
 };
-use gaitshift_task::{Disturbance, Environment, TaskParameters};
+use gaitshift_task::{Disturbance, Environment, OMEGA_V_MAX, TaskParameters};
 use std::path::Path;
 
 /// A controller on a body, ready to move.

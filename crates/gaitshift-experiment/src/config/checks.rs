@@ -4,7 +4,7 @@ use super::{ConfigError, Experiment, Symmetry};
 use crate::seeds::GREATEST;
 use gaitshift_analysis::GaitClass;
 use gaitshift_body::Body;
-use gaitshift_sac::Temperature;
+use gaitshift_sac::{SacConfig, Temperature};
 use gaitshift_task::{EndReason, Environment, Phase};
 use std::f64::consts::PI;
 
@@ -127,6 +127,7 @@ impl Experiment {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.body.warnings();
         warnings.extend(mistaken_units(self));
+        warnings.extend(without_effect(self));
         warnings.extend(first_period(self));
         if self.training.symmetry == Symmetry::Replay {
             for (key, text) in self.task.asymmetric_expressions() {
@@ -194,6 +195,32 @@ fn mistaken_units(e: &Experiment) -> Vec<String> {
         ));
     }
     warnings
+}
+
+/// Settings of the learner that differ from their defaults and that every phase replaces from its start.
+fn without_effect(e: &Experiment) -> Vec<String> {
+    let default = SacConfig::default();
+    let rate = e.learner.learning_rate;
+    let settings = [
+        ("gamma", e.learner.gamma, default.gamma, "horizon"),
+        (
+            "learning_rate",
+            rate,
+            default.learning_rate,
+            "learning_rate",
+        ),
+    ];
+    let phases = &e.curriculum.phases;
+    let replaced = |key| phases.iter().all(|phase| phase.learner.get(key).is_some());
+    settings
+        .into_iter()
+        .filter(|(_, own, default, key)| own != default && replaced(key))
+        .map(|(name, own, _, key)| {
+            format!(
+                "`learner.{name}` is {own} and has no effect: every phase sets the learner's `{key}`"
+            )
+        })
+        .collect()
 }
 
 /// Rules that end many episodes in their first control period, and rewards with which falling pays there. A number that is

@@ -1,11 +1,10 @@
 //! What a value on the command line may be.
 
 use gaitshift_experiment::parse_seeds;
+use gaitshift_task::OMEGA_V_MAX;
 use std::cmp::Ordering;
 use std::path::PathBuf;
 
-/// Largest |ω_v|: far beyond what any controller was trained for, far below where numbers overflow.
-pub const OMEGA_V_MAX: f64 = 100.0;
 /// Longest motion or part of one, in s: an hour, whose recording takes some 300 MB of memory.
 const LONGEST_S: f64 = 3600.0;
 /// Shortest motion, in s.
