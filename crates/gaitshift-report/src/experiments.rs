@@ -17,7 +17,7 @@ pub enum StudyLearner {
     /// As the papers have it: one environment, one update per step.
     Papers,
     /// As `fast` does: 32 environments, one update per 16 steps, critics with layer normalisation, 3-step returns, mirrored
-    /// batches instead of (7). Reward (2) to (6), α, γ, commands and phases are still the papers'.
+    /// batches instead of (7), a learning rate of 3e-4. Reward (2) to (6), α, γ, commands and phases are still the papers'.
     Fast,
 }
 
