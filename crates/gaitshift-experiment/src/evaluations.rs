@@ -20,9 +20,16 @@ pub struct RunName {
     pub name: String,
     /// Its seed.
     pub seed: u64,
-    /// [`Experiment::digest`](crate::Experiment::digest) of its settings.
-    pub digest: String,
+    /// [`Experiment::digest`](crate::Experiment::digest) of its settings without [`INTERVALS`].
+    digest: String,
 }
+
+/// Keys of `[training]` that say when a run is looked at, and change no step of it.
+const INTERVALS: [&str; 3] = [
+    "metrics_interval_steps",
+    "evaluation_interval_steps",
+    "checkpoint_interval_steps",
+];
 
 /// The keys that must be there.
 #[derive(Deserialize)]
@@ -41,7 +48,13 @@ impl RunName {
         let text = read(&path)?;
         let bad = |e: toml::de::Error| parse_error(&path.display().to_string(), &e.to_string());
         let NameAndSeed { name, seed } = toml::from_str(&text).map_err(bad)?;
-        let settings: toml::Value = toml::from_str(&text).map_err(bad)?;
+        let mut settings: toml::Value = toml::from_str(&text).map_err(bad)?;
+        if let Some(training) = settings
+            .get_mut("training")
+            .and_then(toml::Value::as_table_mut)
+        {
+            training.retain(|key, _| !INTERVALS.contains(&key));
+        }
         Ok(Self {
             name,
             seed,
