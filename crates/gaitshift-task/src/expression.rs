@@ -84,7 +84,7 @@ macro_rules! quantities {
         /// forces as means over it, works and losses since the episode began. `…_previous_command` are of the period
         /// before, `ground_height_m` is that of the ground below the hip axis, `…_sole_height_m` are those of
         /// the soles' lowest points over the ground, and `period_…` are of this period: the
-        /// change of the energy that the reward prices, the actuators' positive work, the loss to friction.
+        /// change of the energy that the reward penalises, the actuators' positive work, the loss to friction.
         pub const QUANTITIES: &[&str] = &[$($name),*];
 
         /// The values of all quantities.

@@ -1,4 +1,4 @@
-//! What comes of a control period: the energies that the reward prices, its terms, why the episode ended.
+//! What comes of a control period: the energies that the reward penalises, its terms, why the episode ended.
 
 use gaitshift_body::AdvanceReport;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Most reward terms of one's own, and likewise most rules.
 pub const MOST_EXTRA: usize = 8;
 
-/// The energies of one step that the reward prices, in J.
+/// The energies of one step that the reward penalises, in J.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StepEnergies {
     /// Change of the body's total energy, without the work of external forces on it.
@@ -30,9 +30,9 @@ pub struct RewardTerms {
     pub alive: f64,
     /// `ω_l f_leg`, (6).
     pub leg: f64,
-    /// The price of friction, not in the paper.
+    /// The penalty on friction, not in the paper.
     pub friction: f64,
-    /// The price of positive work, not in the paper.
+    /// The penalty on positive work, not in the paper.
     pub work: f64,
     /// `ω_s f_sym`, (7); zero unless the learner supplies it.
     pub symmetry: f64,

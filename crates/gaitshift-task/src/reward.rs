@@ -38,7 +38,7 @@ keyed_numbers! {
         /// `max(ω_v, 0)`: a run that covers the same way with less work is worth more. |ΔE| does not see work
         /// that dampers take up at once.
         omega_w,
-        /// *Not in the paper.* The energy term of one step, and likewise the price of friction, does not go
+        /// *Not in the paper.* The energy term of one step, and likewise the penalty on friction, does not go
         /// below minus this times `1 + 4 max(ω_v, 0)`; 0 sets no bound, which is the paper. Without one, braking from a run under a
         /// low command costs more than being alive earns, so that falling pays; a bound below `C2` makes
         /// living always worth it.
@@ -47,7 +47,7 @@ keyed_numbers! {
         /// A foot that rolls loses none, one that grazes the ground while it swings does.
         omega_f,
         /// *Not in the paper.* `ω_f` is divided by `1 + k max(ω_v, 0)`; this is `k`. A run loses more to
-        /// friction than a walk, and at the walk's price it would not be found.
+        /// friction than a walk, and at the walk's penalty it would not be found.
         friction_command_divisor,
         /// *Open in the conference paper.* The whole reward is divided by `1 + k max(ω_v, 0)`; this is
         /// `k`. 0 is the conference paper, 1 the journal version.

@@ -126,6 +126,6 @@ columns! {
     REWARD_FORWARD "reward_forward" "The term (3).";
     REWARD_ALIVE "reward_alive" "The term (4).";
     REWARD_LEG "reward_leg" "Weighted leg term (6) of (5).";
-    REWARD_FRICTION "reward_friction" "Weighted price of friction, not in the paper.";
-    REWARD_WORK "reward_work" "Weighted price of positive work, not in the paper.";
+    REWARD_FRICTION "reward_friction" "Weighted penalty on friction, not in the paper.";
+    REWARD_WORK "reward_work" "Weighted penalty on positive work, not in the paper.";
 }
