@@ -75,7 +75,12 @@ pub fn best_walk(
         return Ok(best);
     };
     let with_room = |bound: f64, room: f64| {
-        if bound > 0.0 { bound + room } else { bound }
+        // A bound of 0 asks nothing, so one that is left must stay above it.
+        if bound > 0.0 {
+            (bound + room).max(f64::MIN_POSITIVE)
+        } else {
+            bound
+        }
     };
     let criteria = Criteria {
         omega_v: vec![walk.omega_v],

@@ -23,6 +23,8 @@ const BEST: [&str; 3] = [
     "controller-accepted.safetensors",
     "controller-walk.safetensors",
 ];
+/// Every controller that was evaluated, by its step.
+const EVALUATED: &str = "controllers";
 /// How the run ended.
 pub(crate) const REPORT: &str = "report.json";
 /// Held by the process that trains the run.
@@ -52,7 +54,7 @@ impl RunFolder {
     /// Where the controller evaluated at a step is kept: policies swing, and the one wanted later may
     /// be none of the best.
     pub fn evaluated(&self, step: u64) -> Result<PathBuf, TrainingError> {
-        let folder = self.file("controllers");
+        let folder = self.file(EVALUATED);
         fs::create_dir_all(&folder).map_err(io_error(&folder))?;
         Ok(folder.join(Self::evaluated_name(step)))
     }
@@ -60,6 +62,12 @@ impl RunFolder {
     /// Its name in the folder `controllers`.
     pub fn evaluated_name(step: u64) -> String {
         format!("step-{step:010}.safetensors")
+    }
+
+    /// The step in such a name.
+    fn evaluated_step(name: &str) -> Option<u64> {
+        let step = name.strip_prefix("step-")?.strip_suffix(".safetensors")?;
+        step.parse().ok()
     }
 
     /// A file of the last complete checkpoint.
@@ -85,7 +93,7 @@ impl RunFolder {
             }
         }
         // They would be taken for controllers of this run, and the walk be rehearsed.
-        for name in BEST.into_iter().chain(["controllers", REPORT]) {
+        for name in BEST.into_iter().chain([EVALUATED, REPORT]) {
             if self.file(name).exists() {
                 return Err(TrainingError::other(
                     &self.path,
@@ -195,6 +203,27 @@ impl RunFolder {
                 durable::write(&file, &content).map_err(io_error(&file))?;
             } else if file.exists() {
                 fs::remove_file(&file).map_err(io_error(&file))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the controllers evaluated after the checkpoint, whose evaluations [`RunFolder::cut_logs`] removes.
+    pub fn cut_evaluated(&self, step: u64) -> Result<(), TrainingError> {
+        let folder = self.file(EVALUATED);
+        let entries = match fs::read_dir(&folder) {
+            Ok(entries) => entries,
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
+            Err(e) => return Err(io_error(&folder)(e)),
+        };
+        for entry in entries {
+            let path = entry.map_err(io_error(&folder))?.path();
+            let name = path.file_name().and_then(|name| name.to_str());
+            if name
+                .and_then(Self::evaluated_step)
+                .is_some_and(|s| s > step)
+            {
+                fs::remove_file(&path).map_err(io_error(&path))?;
             }
         }
         Ok(())

@@ -237,7 +237,14 @@ fn the_best_controller_is_the_best_up_to_the_checkpoint() {
     fs::write(folder.join("controller-accepted.safetensors"), "accepted").unwrap();
     fs::remove_dir_all(folder.join("checkpoint")).unwrap();
     fs::rename(&back, folder.join("checkpoint")).unwrap();
+    fs::write(folder.join("controllers/mine.safetensors"), "the user's").unwrap();
     drop(Training::resume(&folder).unwrap());
+    let mut kept: Vec<_> = fs::read_dir(folder.join("controllers"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
+    kept.sort();
+    assert_eq!(kept, ["mine.safetensors", "step-0000002000.safetensors"]);
     assert!(file(&folder, "controller.safetensors") == best);
     assert!(!folder.join("controller-accepted.safetensors").exists());
 }

@@ -99,6 +99,7 @@ impl Training {
         training.choose_anew_if_judged_otherwise(&before);
         training.folder.restore_best()?;
         training.folder.cut_logs(&state.logs)?;
+        training.folder.cut_evaluated(training.counters.step)?;
         Ok(training)
     }
 
