@@ -190,6 +190,15 @@ impl Recording {
         &self.columns[column.index()]
     }
 
+    /// The first row that is not one control period after the one before, within 2 %, since other programs add times up;
+    /// and how long after it is, in s.
+    pub fn off_period(&self) -> Option<(usize, f64)> {
+        let period_s = self.metadata.control_period_s;
+        let apart = self.column(column::TIME_S).windows(2).map(|t| t[1] - t[0]);
+        let mut rows = (1..).zip(apart);
+        rows.find(|(_, apart_s)| (apart_s - period_s).abs() > 0.02 * period_s)
+    }
+
     /// The time series of a detail, one value per row, if it was recorded.
     pub fn detail(&self, detail: Detail) -> Option<&[f64]> {
         let series = &self.details[detail.index()];

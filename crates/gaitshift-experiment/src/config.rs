@@ -5,6 +5,7 @@ pub(crate) mod digest;
 mod names;
 mod parts;
 mod reading;
+mod shape;
 mod tables;
 
 pub use names::did_you_mean;

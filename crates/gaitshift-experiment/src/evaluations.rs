@@ -273,7 +273,13 @@ impl Evaluation {
             .enumerate()
             .map(|(k, line)| {
                 Self::parse(line)
-                    .map_err(|e| TrainingError::other(&path, format!("line {}: {e}", k + 1)))
+                    .map_err(|e| TrainingError::other(
+                        &path,
+                        format!(
+                            "line {}: {e}; the file is damaged: remove that line, or restore the file from a copy",
+                            k + 1
+                        ),
+                    ))
             })
             .collect()
     }

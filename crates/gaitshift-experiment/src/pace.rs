@@ -3,7 +3,7 @@
 use crate::acceptance::Judgement;
 use crate::config::Experiment;
 use crate::training::{Observer, Progress, Training};
-use crate::training_error::{TrainingError, io_error};
+use crate::training_error::TrainingError;
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
@@ -28,7 +28,12 @@ pub fn steps_per_second(
     e.training.evaluation_interval_steps = NEVER;
     e.training.checkpoint_interval_steps = NEVER;
     e.training.metrics_interval_steps = NEVER;
-    let scratch = tempfile::tempdir().map_err(io_error(&std::env::temp_dir()))?;
+    let scratch = tempfile::tempdir().map_err(|e| {
+        let cause = format!(
+            "{e}; the pace is measured in a temporary folder: name another by the variable TMPDIR"
+        );
+        TrainingError::other(&std::env::temp_dir(), cause)
+    })?;
     let periods = |steps: u64| steps.div_ceil(environments);
     let mut clock = Clock {
         first: periods(e.training.learning_starts.max(1)),

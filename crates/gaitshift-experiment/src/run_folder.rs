@@ -23,6 +23,10 @@ const BEST: [&str; 3] = [
     "controller-accepted.safetensors",
     "controller-walk.safetensors",
 ];
+/// The other files of a checkpoint.
+const CHECKPOINT: [&str; 4] = [CONFIG, STATE, "agent.safetensors", "replay.safetensors"];
+/// The controller at the end.
+pub(crate) const LAST_CONTROLLER: &str = "controller-last.safetensors";
 /// Every controller that was evaluated, by its step.
 const EVALUATED: &str = "controllers";
 /// How the run ended.
@@ -93,15 +97,55 @@ impl RunFolder {
             }
         }
         // They would be taken for controllers of this run, and the walk be rehearsed.
-        for name in BEST.into_iter().chain([EVALUATED, REPORT]) {
+        let foreign = |name: &str| {
+            TrainingError::other(
+                &self.path,
+                format!("already holds {name}, which is not of this run; give another --out"),
+            )
+        };
+        for name in BEST.into_iter().chain([EVALUATED, REPORT, LAST_CONTROLLER]) {
             if self.file(name).exists() {
-                return Err(TrainingError::other(
-                    &self.path,
-                    format!("already holds {name}, which is not of this run; give another --out"),
-                ));
+                return Err(foreign(name));
+            }
+        }
+        // The first checkpoint replaces these; one that was begun by a run killed before its configuration was
+        // written may go.
+        for name in [LAST, NEW, OLD, LOCK] {
+            if !self.is_of_no_run(name)? {
+                return Err(foreign(name));
             }
         }
         fs::create_dir_all(&self.path).map_err(io_error(&self.path))
+    }
+
+    /// Whether nothing is lost if a new run replaces this file or folder.
+    fn is_of_no_run(&self, name: &str) -> Result<bool, TrainingError> {
+        let path = self.file(name);
+        if name == LOCK {
+            return match fs::read(&path) {
+                Ok(text) => Ok(text.iter().all(|c| c.is_ascii_digit() || *c == b'\n')),
+                Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(true),
+                Err(_) => Ok(false),
+            };
+        }
+        let entries = match fs::read_dir(&path) {
+            Ok(entries) => entries,
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(true),
+            Err(_) => return Ok(false),
+        };
+        for entry in entries {
+            let entry = entry.map_err(io_error(&path))?.file_name();
+            let known = |name: &&str| entry == **name;
+            if !CHECKPOINT.iter().chain(&BEST).any(known) {
+                return Ok(false);
+            }
+        }
+        // Without a state it is no whole checkpoint.
+        let Ok(state) = fs::read_to_string(path.join(STATE)) else {
+            return Ok(true);
+        };
+        let state: Result<serde_json::Value, _> = serde_json::from_str(&state);
+        Ok(state.is_ok_and(|state| state["counters"]["step"] == 0))
     }
 
     /// Keeps other processes from training the run as long as the file that it gives is open: two would write over each
@@ -283,19 +327,20 @@ impl RunFolder {
             let length = lengths.get(name).copied().unwrap_or(0);
             let cut = || -> io::Result<bool> {
                 let mut file = OpenOptions::new().read(true).write(true).open(&path)?;
-                if file.metadata()?.len() <= length {
-                    return Ok(true);
-                }
-                if length > 0 && name != EVENTS {
+                let now = file.metadata()?.len();
+                let kept = now.min(length);
+                if kept > 0 && name != EVENTS {
                     let mut end = [0];
-                    file.seek(SeekFrom::Start(length - 1))?;
+                    file.seek(SeekFrom::Start(kept - 1))?;
                     file.read_exact(&mut end)?;
                     if end != *b"\n" {
                         return Ok(false);
                     }
                 }
-                file.set_len(length)?;
-                file.sync_all()?;
+                if now > length {
+                    file.set_len(length)?;
+                    file.sync_all()?;
+                }
                 Ok(true)
             };
             if !cut().map_err(io_error(&path))? {

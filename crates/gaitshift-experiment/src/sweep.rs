@@ -259,7 +259,7 @@ impl Sweep {
     /// checkpoint, and no further trial begins. A trial that fails does not keep the others from being run.
     ///
     /// # Errors
-    /// A folder that holds a run of other settings; the trials that are running come to their end first.
+    /// A folder that holds a run of other settings, before any trial begins.
     pub fn run<O: Observer>(
         &self,
         folder: &Path,
@@ -267,6 +267,7 @@ impl Sweep {
         command: &str,
         observer: impl Fn(&Trial) -> O + Sync,
     ) -> Result<SweepReport, TrainingError> {
+        self.require_own(folder)?;
         let next = AtomicUsize::new(0);
         let outcome = Mutex::new((SweepReport::default(), None));
         let work = || {
@@ -276,6 +277,7 @@ impl Sweep {
                     return;
                 };
                 let at = folder.join(&trial.folder);
+                // Another process may have begun a run there.
                 let result = trial.require_own(&at).map(|()| match is_finished(&at) {
                     Ok(true) => None,
                     // To go on with it could lose what it has reached.
@@ -321,6 +323,15 @@ impl Sweep {
             (_, Some(error)) => Err(error),
             (report, None) => Ok(report),
         }
+    }
+
+    /// That no trial's folder holds a run of other settings.
+    ///
+    /// # Errors
+    /// The first that does.
+    pub fn require_own(&self, folder: &Path) -> Result<(), TrainingError> {
+        let mut trials = self.trials.iter();
+        trials.try_for_each(|trial| trial.require_own(&folder.join(&trial.folder)))
     }
 
     /// What TensorBoard's table of hyperparameters says of a trial: its variant, what varies where keys vary, its seed.

@@ -3,7 +3,7 @@
 
 use gaitshift_body::BodyParameters;
 use gaitshift_experiment::{
-    Controller, Experiment, RECIPES, did_you_mean, load_body_overrides, load_disturbance,
+    Controller, Criteria, Experiment, RECIPES, did_you_mean, load_body_overrides, load_disturbance,
     set_body_and_task,
 };
 use gaitshift_task::{ExtraTerm, TaskParameters};
@@ -126,6 +126,22 @@ fn mistakes_are_reported_with_file_and_key() {
         (
             "[curriculum.phases.II]\nstep = 1",
             vec!["mine.toml", "step", "steps"],
+        ),
+        // Lists were taken for the values of a table's keys, in order.
+        (
+            "base = 'fast'\ntraining = []",
+            vec!["mine.toml", "`training`", "[training]"],
+        ),
+        ("criteria = []", vec!["`criteria`", "table"]),
+        ("body = [5]", vec!["`body`", "table"]),
+        ("[[body]]\nfriction = 0.6", vec!["`body`", "`[body]`"]),
+        (
+            "[task]\nreward = { omega_e = 0.1, extra = [['a', 1, '1']] }",
+            vec!["`task.reward.extra`", "[[task.reward.extra]]"],
+        ),
+        (
+            "base = 'robust'\n[curriculum.phases.III.randomization]\nterrain = [0.05]",
+            vec!["`curriculum.phases.randomization.terrain`", "table"],
         ),
         (
             "[task.reward.extra.smooth]\nweight = 1.0",
@@ -445,6 +461,7 @@ fn a_body_file_may_be_an_experiment() {
         "[body]\nfrction = 0.6\n",
         "[bodies]\nfriction = 0.6\n",
         "[body]\nfriction = -1\n",
+        "body = [5]\n",
     ] {
         std::fs::write(&path, text).unwrap();
         let message = load_body_overrides(&path, &base).unwrap_err().to_string();
@@ -622,4 +639,39 @@ fn a_file_without_a_name_has_its_own() {
     assert_eq!(read("my.v2.toml", ""), "my.v2");
     assert_eq!(read("named.toml", "name = \"other\""), "other");
     assert_eq!(read("on.toml", "base = \"./named.toml\""), "on");
+}
+
+#[test]
+fn lists_in_the_place_of_tables_are_refused_in_every_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    for text in [
+        "noise = [0.1]",
+        "terrain = [0.05]",
+        "pushes = [[100, 0, 2]]",
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let message = load_disturbance(&path).unwrap_err().to_string();
+        assert!(
+            message.contains("mine.toml") && message.contains("table"),
+            "{message}"
+        );
+    }
+    std::fs::write(&path, "gaits = [[0, 'walking']]").unwrap();
+    let message = Criteria::load(&path).unwrap_err().to_string();
+    assert!(
+        message.contains("mine.toml") && message.contains("[[gaits]]"),
+        "{message}"
+    );
+    let set = |text: &str| {
+        Experiment::recipe("fast")
+            .unwrap()
+            .with_values(&[text.to_owned()])
+    };
+    let message = set("body=[5]").unwrap_err().to_string();
+    assert!(
+        message.contains("`body`") && message.contains("table"),
+        "{message}"
+    );
+    assert!(set("curriculum.phases.II.omega_v=[0, 2]").is_ok());
 }

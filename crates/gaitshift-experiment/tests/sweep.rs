@@ -488,7 +488,16 @@ fn a_trial_killed_before_its_configuration_was_written_begins_anew() {
             std::fs::remove_file(file).unwrap();
         }
     }
-    assert!(trial.join("checkpoint").is_dir());
+    // The checkpoint that a run begins with; a later one is not replaced.
+    let state = trial.join("checkpoint/state.json");
+    let text = std::fs::read_to_string(&state).unwrap();
+    let mut value: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let refused = sweep.run(folder.path(), 1, "gaitshift sweep", |_| {
+        StopAfter(Cell::new(1))
+    });
+    assert!(refused.unwrap().failed[0].contains("checkpoint"));
+    value["counters"]["step"] = 0.into();
+    std::fs::write(&state, value.to_string()).unwrap();
     run(&sweep, folder.path(), 1, u64::MAX);
     assert_eq!(
         controllers(&sweep, folder.path()),

@@ -18,6 +18,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Pixels for each unit of a figure, so that PNGs have 300 dots per inch at their own size.
 const PNG_SCALE: f64 = 300.0 / 96.0;
 
+const FORMAT: &str = "gaitshift-report ";
+const FORMAT_VERSION: &str = "gaitshift-report 2";
+
 /// Everything in `report.json`.
 #[derive(Serialize)]
 struct Numbers<'a> {
@@ -70,6 +73,8 @@ pub fn write_report(
         path: folder.to_owned(),
         cause,
     })?;
+    // Its figures may be of other controllers.
+    let replaces = is_report(folder);
     let commands = Commands::new(subjects, plan);
     let (mut studies, mut each) = (Vec::new(), Vec::new());
     for done in measure_all(subjects, plan, work)? {
@@ -116,7 +121,7 @@ pub fn write_report(
         files.table("", name, &table)?;
     }
     let numbers = Numbers {
-        format: "gaitshift-report 2",
+        format: FORMAT_VERSION,
         version: env!("CARGO_PKG_VERSION"),
         plan,
         claims: &judged,
@@ -137,6 +142,9 @@ pub fn write_report(
     });
     files.write("report.html", html.as_bytes())?;
     // The page first: it is what to open.
+    if replaces {
+        files.clear(&folder.join("figures"))?;
+    }
     files.written.reverse();
     Ok(files.written)
 }
@@ -205,6 +213,17 @@ fn measure_one(
     })
 }
 
+/// Endings of what is written into the folder of figures.
+const WRITTEN: [&str; 4] = ["svg", "png", "csv", "json"];
+
+/// Whether a folder holds an earlier report.
+fn is_report(folder: &Path) -> bool {
+    let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
+    let numbers: Option<serde_json::Value> = serde_json::from_str(&text).ok();
+    let format = numbers.and_then(|numbers| Some(numbers["format"].as_str()?.to_owned()));
+    format.is_some_and(|format| format.starts_with(FORMAT))
+}
+
 struct Files<'a> {
     root: &'a Path,
     written: Vec<PathBuf>,
@@ -222,6 +241,28 @@ impl Files<'_> {
         }
         gaitshift_analysis::write_whole(&path, bytes).map_err(failed)?;
         self.written.push(path);
+        Ok(())
+    }
+
+    /// Removes the figures and tables below a folder that are not of this report.
+    fn clear(&self, at: &Path) -> Result<(), ReportError> {
+        let failed = |cause| ReportError::Write {
+            path: at.to_owned(),
+            cause,
+        };
+        for entry in std::fs::read_dir(at).map_err(failed)? {
+            let path = entry.map_err(failed)?.path();
+            let ending = path.extension().and_then(|ending| ending.to_str());
+            if path.is_dir() {
+                self.clear(&path)?;
+                // Of what others keep there it stays.
+                let _ = std::fs::remove_dir(&path);
+            } else if ending.is_some_and(|ending| WRITTEN.contains(&ending))
+                && !self.written.contains(&path)
+            {
+                std::fs::remove_file(&path).map_err(failed)?;
+            }
+        }
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 //! cannot be reported on is an error that says what to do.
 
 mod common;
-use common::{quiet, text, tiny, written};
+use common::{quiet, text, tiny, written, written_into};
 use gaitshift_report::{Plan, ReportError, Subject, Work, write_report};
 
 #[test]
@@ -20,10 +20,16 @@ fn the_same_subject_gives_the_same_bytes() {
         "it walks at ω_v = 0,double support,every attempt,shipped controller,1.0,,,1.0,holds,false,gaitshift evaluate --omega-v=0 --duration-s 12 --json,gait"
     ));
 
-    assert!(
-        written(&mut [Subject::shipped().unwrap()]) == all,
-        "the same bytes"
-    );
+    // Figures of an earlier report stayed beside the new ones.
+    let folder = tempfile::tempdir().unwrap();
+    let earlier = folder.path().join("figures/2-earlier");
+    std::fs::create_dir_all(&earlier).unwrap();
+    std::fs::write(earlier.join("gaits.svg"), "").unwrap();
+    std::fs::write(folder.path().join("figures/old.png"), "").unwrap();
+    std::fs::write(folder.path().join("report.json"), &all["report.json"]).unwrap();
+    let again = written_into(folder.path(), &mut [Subject::shipped().unwrap()], &[]);
+    assert!(again == all, "the same bytes");
+    assert!(!earlier.exists());
 }
 
 #[test]

@@ -66,7 +66,7 @@ pub enum SacError {
         value: f64,
     },
     /// A file could not be read or written.
-    #[error("cannot {action} `{}`: {source}", path.display())]
+    #[error("cannot {action} `{}`: {source}{}", path.display(), file_remedy(source.kind()))]
     File {
         /// Read or write.
         action: &'static str,
@@ -87,4 +87,14 @@ pub enum SacError {
         /// What to do.
         remedy: &'static str,
     },
+}
+
+/// What to do about a file that cannot be read or written.
+fn file_remedy(kind: std::io::ErrorKind) -> &'static str {
+    use std::io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+    match kind {
+        StorageFull | QuotaExceeded => "; make room: a run goes on from its last checkpoint",
+        PermissionDenied | ReadOnlyFilesystem => "; check who may read and write there",
+        _ => "",
+    }
 }

@@ -1,8 +1,8 @@
 //! `gaitshift analyse`: what recordings show, whichever program wrote them.
 
-use crate::arguments::AnalyseArguments;
+use crate::arguments::{AnalyseArguments, distinct_paths};
 use crate::failure::Failure;
-use crate::gaits::{describe, print_gaits};
+use crate::gaits::{describe, print_gaits, read_recording};
 use crate::output;
 use crate::transition;
 use gaitshift_analysis::recording::Recording;
@@ -45,15 +45,11 @@ struct Changes {
 
 /// Runs the command.
 pub fn run(arguments: &AnalyseArguments) -> Result<(), Failure> {
+    distinct_paths(&arguments.recordings).map_err(Failure::input)?;
     let recordings = arguments
         .recordings
         .iter()
-        .map(|path| {
-            Ok((
-                path.as_path(),
-                Recording::read_csv(path).map_err(Failure::input)?,
-            ))
-        })
+        .map(|path| Ok((path.as_path(), read_recording(path)?)))
         .collect::<Result<Vec<_>, Failure>>()?;
     if arguments.transition {
         changes(&recordings, arguments.print.json)
@@ -78,10 +74,19 @@ fn rows(recordings: &[(&Path, Recording)], arguments: &AnalyseArguments) -> Resu
     if arguments.print.json {
         return output::json(&Motions { rows });
     }
-    print_gaits(
-        rows.iter().map(|row| (row.omega_v, &row.summary)),
-        "varying",
-    )
+    if rows.len() == 1 {
+        let rows = rows.iter().map(|row| (row.omega_v, &row.summary));
+        return print_gaits(rows, "varying");
+    }
+    let cells = rows.iter().map(|row| {
+        let command = row
+            .omega_v
+            .map_or_else(|| "varying".to_owned(), |omega_v| omega_v.to_string());
+        (vec![command, row.recording.clone()], &row.summary)
+    });
+    output::named_gait_table(&["ω_v", "recording"], cells)
+        .iter()
+        .try_for_each(|line| output::line(line))
 }
 
 fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure> {

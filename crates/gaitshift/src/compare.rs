@@ -3,7 +3,7 @@
 use crate::arguments::{CompareArguments, distinct, distinct_commands, distinct_paths};
 use crate::evaluate::{self, starts};
 use crate::failure::Failure;
-use crate::gaits::{self, Row};
+use crate::gaits::{self, Row, read_recording};
 use crate::motion::{Subject, load_controller};
 use crate::output;
 use crate::progress::{count, duration};
@@ -162,7 +162,7 @@ fn load(path: &Path, a: &CompareArguments) -> Result<Item, Failure> {
         .extension()
         .is_some_and(|ending| ending.eq_ignore_ascii_case("csv"))
     {
-        let recording = Recording::read_csv(path).map_err(Failure::input)?;
+        let recording = read_recording(path)?;
         if a.changes.body.is_some() || !a.changes.set.is_empty() {
             output::note(&format!(
                 "{} is a recording: it stays as it is, whatever --body and --set change of the others",

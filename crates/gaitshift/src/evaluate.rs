@@ -70,7 +70,10 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
     }
     let (rows, files) = measure(&mut subject, arguments, &seeds)?;
     unseen::note(rows.iter(), subject.disturbance());
-    let spread = (seeds.len() > 1).then(|| spread::of(&rows));
+    let spread = (seeds.len() > 1).then(|| match &arguments.command_profile {
+        Some(_) => spread::of_one(&rows),
+        None => spread::of(&rows),
+    });
     if arguments.print.json {
         return output::json(&Rows {
             rows: &rows,
@@ -152,6 +155,16 @@ fn measure(
             }
         }
     }
+    if let (Some(path), Some(duration_s)) = (&arguments.command_profile, arguments.duration_s) {
+        let end_s = motions.iter().map(|(_, p)| p.end_s()).fold(0.0, f64::max);
+        if duration_s < end_s {
+            output::note(&format!(
+                "the command of {} changes up to {end_s} s, the motion lasts {duration_s} s; give a longer --duration-s to \
+                 see all of it",
+                path.display()
+            ));
+        }
+    }
     let starts = starts(seeds);
     let mut rows = Vec::new();
     let mut files = Vec::new();
@@ -180,7 +193,16 @@ fn measure(
             long if long.chars().count() > LEGEND => format!("{}, disturbed", subject.name),
             short => format!("{}{short}", subject.name),
         };
-        files.extend(write_sweep(&[(&label, points(&rows))], folder)?);
+        // Of a command that changes there is nothing to draw.
+        let drawn = match &arguments.command_profile {
+            Some(_) => Vec::new(),
+            None => points(&rows),
+        };
+        let written = write_sweep(&[(&label, drawn)], folder)?;
+        if written.is_empty() {
+            output::remove_picture(&folder.join("sweep"))?;
+        }
+        files.extend(written);
     }
     Ok((rows, files))
 }

@@ -3,6 +3,7 @@
 use crate::arguments::{ControllerArguments, ExportArguments, ExportFormat};
 use crate::evaluate::criteria;
 use crate::failure::Failure;
+use crate::gaits::read_recording;
 use crate::motion::{changed, load_controller};
 use crate::output;
 use gaitshift_analysis::Recording;
@@ -121,7 +122,7 @@ fn not_over(read: Option<&Path>, out: Option<&Path>) -> Result<(), Failure> {
 }
 
 fn read(path: &Path) -> Result<Recording, Failure> {
-    Recording::read_csv(path).map_err(Failure::input)
+    read_recording(path)
 }
 
 /// Bytes that no terminal should be shown.

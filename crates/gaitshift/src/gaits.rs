@@ -5,6 +5,7 @@ use crate::output;
 use gaitshift_analysis::recording::{Recording, column};
 use gaitshift_analysis::{AnalysisOptions, GaitClass, GaitRule, GaitSummary, summarise};
 use serde::Serialize;
+use std::path::Path;
 
 /// A row of the table: a command and the motion it makes.
 #[derive(Debug, Serialize)]
@@ -88,4 +89,20 @@ pub fn too_short(s: &GaitSummary) -> Option<String> {
             "{steps} from {from_s:.2} to {to_s:.2} s, too few to tell a gait, which takes {needed}; a longer motion would tell"
         )
     })
+}
+
+/// Reads a recording whose rows are one control period apart, as every analysis takes for granted.
+pub fn read_recording(path: &Path) -> Result<Recording, Failure> {
+    let recording = Recording::read_csv(path).map_err(Failure::input)?;
+    match recording.off_period() {
+        None => Ok(recording),
+        Some((row, apart_s)) => Err(Failure::input(format!(
+            "{}, line {}: {apart_s} s after the row before, where the first line says `control_period_s` = {}; rows are missing \
+             or the period is another: record the motion again, or correct the first line",
+            path.display(),
+            // After the first line and the header.
+            row + 3,
+            recording.metadata.control_period_s
+        ))),
+    }
 }

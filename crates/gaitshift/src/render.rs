@@ -2,6 +2,7 @@
 
 use crate::arguments::RenderArguments;
 use crate::failure::Failure;
+use crate::gaits::read_recording;
 use crate::output;
 use gaitshift_analysis::Recording;
 use gaitshift_analysis::recording::column;
@@ -13,6 +14,8 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// Frames a second unless asked for: as many as a GIF shows evenly, and as screens show.
+const POSES: u16 = 12;
+const WIDTH_PX: u32 = 640;
 const GIF_FPS: f64 = 25.0;
 const FILM_FPS: f64 = 60.0;
 
@@ -28,17 +31,27 @@ struct Places {
 pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
     let a = arguments;
     let places = places(a)?;
-    let recording = Recording::read_csv(&a.recording).map_err(Failure::input)?;
+    require_use(a, &places)?;
+    let recording = read_recording(&a.recording)?;
+    draw(a, &places, &recording).map_err(|failure| match failure {
+        Failure::Input(cause) if cause.starts_with("the recording") => {
+            Failure::input(format!("{}: {cause}", a.recording.display()))
+        }
+        failure => failure,
+    })
+}
+
+fn draw(a: &RenderArguments, places: &Places, recording: &Recording) -> Result<(), Failure> {
     if let Some(folder) = &places.folder {
         output::create_folder(folder)?;
     }
     let mut files = Vec::new();
     if let Some(path) = &places.stride {
-        let middle_s = middle_s(&recording, a.from_s, a.to_s);
+        let middle_s = middle_s(recording, a.from_s, a.to_s);
         match write_stride(
-            &recording,
+            recording,
             a.stride_at_s.unwrap_or(middle_s),
-            usize::from(a.poses),
+            usize::from(a.poses.unwrap_or(POSES)),
             path,
         ) {
             Ok(written) => files.extend(written),
@@ -63,14 +76,14 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
             }),
             from_s: a.from_s,
             to_s: a.to_s,
-            slow_motion: a.slow_motion,
-            width_px: a.width,
+            slow_motion: a.slow_motion.unwrap_or(1.0),
+            width_px: a.width.unwrap_or(WIDTH_PX),
             transparent: a.transparent,
         };
         match film {
-            _ if a.frames => return write_all_frames(&recording, &options, path),
-            Some(format) => write_film_file(&recording, &options, format, path)?,
-            None => write_animation(&recording, &options, path)?,
+            _ if a.frames => return write_all_frames(recording, &options, path),
+            Some(format) => write_film_file(recording, &options, format, path)?,
+            None => write_animation(recording, &options, path)?,
         }
         files.push(path.clone());
     }
@@ -106,6 +119,36 @@ fn write_all_frames(
         "wrote {count} frames, {}",
         folder.join("frame-*.png").display()
     ))
+}
+
+/// An option of what is not drawn would be ignored.
+fn require_use(a: &RenderArguments, places: &Places) -> Result<(), Failure> {
+    let given = |options: &[(&str, bool)]| -> Vec<String> {
+        let given = options.iter().filter(|(_, given)| *given);
+        given.map(|(name, _)| (*name).to_owned()).collect()
+    };
+    let of_animation = given(&[
+        ("--fps", a.fps.is_some()),
+        ("--slow-motion", a.slow_motion.is_some()),
+        ("--width", a.width.is_some()),
+    ]);
+    let of_stride = given(&[
+        ("--stride-at-s", a.stride_at_s.is_some()),
+        ("--poses", a.poses.is_some()),
+    ]);
+    let refuse = |options: &[String], what: &str, but: &str| {
+        Err(Failure::input(format!(
+            "only {but} is drawn, so {} would say nothing: leave it out, or have {what} drawn by another --out",
+            options.join(" and ")
+        )))
+    };
+    if places.animation.is_none() && !of_animation.is_empty() {
+        return refuse(&of_animation, "the animation", "the stride");
+    }
+    if places.stride.is_none() && !of_stride.is_empty() {
+        return refuse(&of_stride, "the stride", "the animation");
+    }
+    Ok(())
 }
 
 /// What is drawn, and where to.

@@ -40,12 +40,7 @@ pub fn write(
     threads: usize,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> Result<(), Failure> {
-    if folder.join("config.toml").exists() {
-        return Err(Failure::input(format!(
-            "{} is a run's folder, whose report.json says how the run ended; give another --out",
-            folder.display()
-        )));
-    }
+    require_no_run(folder)?;
     let began = Instant::now();
     let work = Work {
         threads,
@@ -59,6 +54,17 @@ pub fn write(
         folder.join("report.html").display(),
         files.len() - 1
     ))
+}
+
+/// A run's own report.json is not written over.
+pub fn require_no_run(folder: &Path) -> Result<(), Failure> {
+    if folder.join("config.toml").exists() {
+        return Err(Failure::input(format!(
+            "{} is a run's folder, whose report.json says how the run ended; give another --out",
+            folder.display()
+        )));
+    }
+    Ok(())
 }
 
 /// Controllers that are measured at a time, unless said otherwise.

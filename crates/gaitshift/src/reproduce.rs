@@ -13,6 +13,7 @@ use std::sync::atomic::Ordering;
 /// Runs the command.
 pub fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
     let out = &arguments.out;
+    report::require_no_run(out)?;
     if arguments.quick {
         let mut subjects = [Subject::shipped().map_err(report::failure)?];
         let recorded = recorded_experiments().map_err(report::failure)?;

@@ -114,6 +114,14 @@ impl Spread {
     }
 }
 
+/// One of all motions under the same command over time, whatever parts of it those that fell saw.
+pub fn of_one(rows: &[Row]) -> Vec<Spread> {
+    let first = rows.first().and_then(|row| row.omega_v);
+    let held = first.filter(|_| rows.iter().all(|row| row.omega_v == first));
+    let motions: Vec<&GaitSummary> = rows.iter().map(|row| &row.summary).collect();
+    vec![Spread::new(held, &motions)]
+}
+
 /// One for each command, in the order in which they first appear.
 pub fn of(rows: &[Row]) -> Vec<Spread> {
     let mut commands: Vec<(Option<f64>, Vec<&GaitSummary>)> = Vec::new();

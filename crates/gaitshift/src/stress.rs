@@ -206,6 +206,7 @@ fn write_figure(result: &Stress, path: &Path) -> Result<Vec<PathBuf>, Failure> {
         }
     }
     if panels.iter().all(|panel| panel.points.is_empty()) {
+        output::remove_picture(path)?;
         return Ok(Vec::new());
     }
     intervals_figure(&series, &panels)

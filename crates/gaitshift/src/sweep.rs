@@ -34,6 +34,9 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     let jobs = arguments
         .jobs
         .map_or_else(|| default_jobs(&sweep), usize::from);
+    if !arguments.table {
+        sweep.require_own(&folder).map_err(Failure::run)?;
+    }
     if arguments.dry_run {
         let interrupted = catch_interrupts("stopping")?;
         if arguments.print.json {
@@ -62,7 +65,10 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
             "{none}, so there is no table: of this part there may be none, or `training.evaluation_interval_steps` is \
              longer than a run"
         ));
-        return Ok(());
+        return match arguments.print.json {
+            true => output::json(&table),
+            false => Ok(()),
+        };
     }
     for file in write(&table, &folder)? {
         output::note(&format!("wrote {}", file.display()));
@@ -131,11 +137,12 @@ struct Expected {
     name: String,
     seeds: usize,
     steps: u64,
-    steps_per_s: f64,
+    /// None if a run is over before it can be measured.
+    steps_per_s: Option<f64>,
     /// Whether the pace was measured, or is that of the variants before.
     measured: bool,
-    /// Of one run.
-    duration_s: f64,
+    /// Of one run; none without a pace.
+    duration_s: Option<f64>,
 }
 
 /// The runs of a sweep, and how long they would take.
@@ -175,11 +182,12 @@ fn expect(
             if stop() {
                 return Err(Failure::Interrupted);
             }
-            // A run that is over before it can be measured takes no time to speak of.
-            rates.extend(Some(rate).filter(|&rate| rate > 0.0));
+            let rate = Some(rate).filter(|&rate| rate > 0.0);
+            rates.extend(rate);
             rate
         } else {
-            rates.iter().sum::<f64>() / rates.len().max(1) as f64
+            let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+            Some(mean).filter(|mean| mean.is_finite())
         };
         let expected = Expected {
             name: variant.name.clone(),
@@ -187,16 +195,14 @@ fn expect(
             steps,
             steps_per_s,
             measured,
-            duration_s: if steps_per_s > 0.0 {
-                steps as f64 / steps_per_s
-            } else {
-                0.0
-            },
+            duration_s: steps_per_s.map(|rate| steps as f64 / rate),
         };
         tell(&expected)?;
         variants.push(expected);
     }
-    let training_s: f64 = variants.iter().map(|v| v.duration_s * v.seeds as f64).sum();
+    // A run that is over before it can be measured takes no time to speak of.
+    let of_variant = |v: &Expected| v.duration_s.unwrap_or(0.0) * v.seeds as f64;
+    let training_s: f64 = variants.iter().map(of_variant).sum();
     Ok(Estimate {
         folder: folder.display().to_string(),
         variants,
@@ -214,15 +220,20 @@ pub fn estimate(
     interrupted: &AtomicBool,
 ) -> Result<f64, Failure> {
     let estimate = expect(sweep, jobs, folder, interrupted, |v| {
+        let pace = match (v.steps_per_s, v.duration_s) {
+            (Some(rate), Some(each_s)) => format!(
+                "{}{rate:.0} steps/s, {} each",
+                if v.measured { "" } else { "about " },
+                duration(each_s)
+            ),
+            _ => "over before their pace can be measured".to_owned(),
+        };
         output::line(&format!(
-            "{}: {} seed{} of {} steps, {}{:.0} steps/s, {} each",
+            "{}: {} seed{} of {} steps, {pace}",
             v.name,
             v.seeds,
             if v.seeds == 1 { "" } else { "s" },
             count(v.steps),
-            if v.measured { "" } else { "about " },
-            v.steps_per_s,
-            duration(v.duration_s)
         ))
     })?;
     output::line(&format!(

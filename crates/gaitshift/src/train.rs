@@ -122,11 +122,12 @@ fn train_seeds(
             seed,
             ..experiment.clone()
         };
-        let training = start(experiment, &folder(seed), arguments)?;
+        let begun = start(experiment, &folder(seed), arguments)
+            .and_then(|training| train(folder(seed), training, arguments, interrupted));
         // What stops one seed, such as a learner that diverged, does not stop the next.
-        match train(folder(seed), training, arguments, interrupted) {
+        match begun {
             Ok(outcome) => outcomes.push(outcome),
-            Err(Failure::Run(cause)) => {
+            Err(Failure::Run(cause) | Failure::Input(cause)) => {
                 output::note(&format!("seed {seed} failed: {cause}"));
                 failed.push(seed.to_string());
             }
@@ -311,7 +312,7 @@ fn start(
     Training::new(experiment, folder, &arguments.command).map_err(Failure::input)
 }
 
-/// The first Ctrl-C (or SIGTERM, SIGHUP) asks for an orderly end, as with a checkpoint, and is answered by `what`; the second ends
+/// The first Ctrl-C (or SIGTERM, or SIGHUP unless it is ignored) asks for an orderly end, as with a checkpoint, and is answered by `what`; the second ends
 /// the program at once. SIGUSR1, with which a batch system warns of its time limit, asks for such an end however often it comes.
 pub fn catch_interrupts(what: &'static str) -> Result<Arc<AtomicBool>, Failure> {
     let interrupted = Arc::new(AtomicBool::new(false));
@@ -320,15 +321,42 @@ pub fn catch_interrupts(what: &'static str) -> Result<Arc<AtomicBool>, Failure> 
         .map_err(Failure::run)?;
     let asked = Arc::clone(&interrupted);
     let pressed = AtomicBool::new(false);
-    ctrlc::set_handler(move || {
+    on_signal(move || {
         asked.store(true, Ordering::SeqCst);
         if pressed.swap(true, Ordering::SeqCst) {
             std::process::exit(130);
         }
         output::note(&format!("{what}; press Ctrl-C again to stop at once"));
-    })
-    .map_err(Failure::run)?;
+    })?;
     Ok(interrupted)
+}
+
+/// Calls `answer` at each of these signals, in a thread of its own.
+#[cfg(unix)]
+fn on_signal(answer: impl Fn() + Send + 'static) -> Result<(), Failure> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let mut asked_by = vec![SIGINT, SIGTERM];
+    if !hangup_is_ignored() {
+        asked_by.push(SIGHUP);
+    }
+    let mut signals = signal_hook::iterator::Signals::new(asked_by).map_err(Failure::run)?;
+    std::thread::spawn(move || signals.forever().for_each(|_| answer()));
+    Ok(())
+}
+
+#[cfg(not(unix))]
+fn on_signal(answer: impl Fn() + Send + 'static) -> Result<(), Failure> {
+    ctrlc::set_handler(answer).map_err(Failure::run)
+}
+
+/// Whether the program was begun so that it outlives its terminal, as by `nohup`. Where the system does not say, SIGHUP keeps
+/// its effect, whatever that is.
+#[cfg(unix)]
+fn hangup_is_ignored() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_none_or(|mask| mask >> (signal_hook::consts::SIGHUP - 1) & 1 == 1)
 }
 
 /// A report in a few lines.

@@ -54,6 +54,14 @@ impl Change {
                 path.display()
             ))
         })?;
+        if ramp.1 <= 0.0 {
+            return Err(Failure::input(format!(
+                "{}: `omega_v` changes from {} s to {} s only, before the motion begins at 0 s; give the change a later time",
+                path.display(),
+                ramp.0,
+                ramp.1
+            )));
+        }
         Ok(Self {
             ramp,
             duration_s: profile.end_s().max(0.0) + after_s,

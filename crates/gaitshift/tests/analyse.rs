@@ -21,6 +21,13 @@ fn a_steady_motion_is_described_as_evaluate_does() {
     }
     let table = place.stdout("analyse motions/omega_v_0.csv");
     assert!(table.contains("gait"), "{table}");
+    // Rows of several recordings could not be told apart.
+    let table = place.stdout("analyse motions/omega_v_0.csv motions/omega_v_3.csv");
+    assert!(table.contains("motions/omega_v_3.csv"), "{table}");
+    place.refused(
+        "analyse motions/omega_v_0.csv motions/omega_v_0.csv",
+        &["twice"],
+    );
 }
 
 #[test]
@@ -56,6 +63,15 @@ fn what_is_no_recording_or_has_no_transition_is_refused() {
     let place = Place::new();
     place.write_toy_recording("toy.csv");
     place.refused("analyse no.csv", &["no.csv"]);
+    // Missing rows were taken for a longer control period, in part of the figures.
+    let text = String::from_utf8(place.read("toy.csv")).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let gap = [&lines[..500], &lines[700..], &[""]].concat().join("\n");
+    place.write("gap.csv", gap.replace("\"rows\":1201", "\"rows\":1001"));
+    place.refused(
+        "analyse gap.csv",
+        &["gap.csv", "line 501", "control_period_s"],
+    );
     place.refused("analyse --transition toy.csv", &["toy.csv", "--transition"]);
     place.refused(
         "analyse --transition --settling-s 1 toy.csv",

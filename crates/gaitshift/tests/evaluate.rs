@@ -667,6 +667,30 @@ fn what_diverged_and_what_never_came_is_said() {
     );
 }
 
+// Motions that fell before the change had a row of their own, and the others no falls.
+#[test]
+fn under_a_profile_all_starts_are_one_row() {
+    let place = Place::new();
+    place.write("p.csv", "time_s,omega_v\n6,0\n6.4,3\n");
+    let evaluate = "evaluate --command-profile p.csv --seed 1..6 --slope 4deg@3 --settling-s 7";
+    let value = place.json(&format!("{evaluate} --duration-s 14 --json"));
+    let spread = value["spread"].as_array().unwrap();
+    let falls = rows(&value)
+        .iter()
+        .filter(|row| row["fell"] == true)
+        .count();
+    assert_eq!(spread.len(), 1);
+    assert_eq!(spread[0]["falls"], falls);
+    assert!((1..6).contains(&falls), "{falls}");
+    // A change that never comes was not spoken of.
+    let output = place.output("evaluate --command-profile p.csv --duration-s 5");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        said.contains("p.csv") && said.contains("--duration-s"),
+        "{said}"
+    );
+}
+
 // It was replaced by the recording, whose name is that of the help's example.
 #[test]
 fn a_profile_is_not_written_over() {

@@ -151,6 +151,11 @@ fn options_out_of_range_are_refused() {
         ("--poses 1 --strobe", "poses"),
         ("--stride-at-s 100", "--stride-at-s"),
         ("--strobe --out x.gif", ".svg"),
+        // Nothing was said of what is not drawn.
+        ("--out s.svg --fps 20 --width 320", "--fps and --width"),
+        ("--strobe --slow-motion 2", "--slow-motion"),
+        ("--out s.gif --poses 30", "--poses"),
+        ("--frames --out frames --poses 7", "--poses"),
         // An error was said and the exit code was 0.
         ("--poses 1", "poses"),
         ("--poses 61", "poses"),

@@ -31,6 +31,11 @@ fn a_report_is_not_written_into_a_run() {
         "report shipped --quick --out run",
         &["run", "report.json", "--out"],
     );
+    // Hours of training came first.
+    place.refused(
+        "reproduce --learner fast --out run",
+        &["run", "report.json"],
+    );
 }
 
 #[test]

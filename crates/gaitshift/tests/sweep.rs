@@ -75,6 +75,45 @@ fn without_an_evaluation_there_is_no_table_and_no_error() {
         "{said}"
     );
     place.refused("sweep tiny.toml --table", &["no trial has been evaluated"]);
+    // It printed nothing.
+    let table = place.json("sweep tiny.toml --json");
+    assert_eq!(table["trials"].as_array().map(Vec::len), Some(0), "{table}");
+}
+
+// What came before it was trained first, for hours.
+#[test]
+fn a_folder_of_other_settings_is_refused_before_anything_is_trained() {
+    let place = Place::new();
+    place.write(
+        "tiny.toml",
+        TINY.replace("[[variants]]\nname = \"rubber\"\n", ""),
+    );
+    place.stdout("sweep tiny.toml");
+    place.write(
+        "tiny.toml",
+        TINY.replace("friction = 0.3", "friction = 0.4"),
+    );
+    for options in ["", " --dry-run"] {
+        let output = place.output(&format!("sweep tiny.toml{options}"));
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(
+            said.contains("ice/seed-1") && said.contains("--out"),
+            "{said}"
+        );
+        assert!(!place.path("runs/tiny-sweep/rubber").exists());
+    }
+}
+
+// It had a pace of 0 and took 0 s.
+#[test]
+fn a_run_too_short_to_be_measured_has_no_pace() {
+    let place = Place::new();
+    place.write("short.toml", TINY.replace("steps = 800", "steps = 8"));
+    let json = place.json("sweep short.toml --dry-run --json");
+    assert!(json["variants"][0]["steps_per_s"].is_null(), "{json}");
+    let said = place.stdout("sweep short.toml --dry-run");
+    assert!(said.contains("before their pace"), "{said}");
 }
 
 #[test]

@@ -181,6 +181,37 @@ fn an_interrupt_writes_a_checkpoint_to_go_on_from() {
     }
 }
 
+// Under nohup it stopped when its terminal was closed.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_hangup_that_is_ignored_stays_ignored() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+    let place = place_with_recipe();
+    place.write("some.toml", TINY.replace("steps = 6000", "steps = 30_000"));
+    for (trap, code) in [("trap '' HUP; ", 0), ("", 130)] {
+        let program = assert_cmd::cargo::cargo_bin!("gaitshift").display();
+        let script = format!("{trap}exec '{program}' train some.toml --out run-{code}");
+        let mut child = Command::new("sh")
+            .args(["-c", &script])
+            .current_dir(place.path("."))
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stderr.take().unwrap());
+        let mut first = String::new();
+        lines.read_line(&mut first).unwrap();
+        assert!(first.contains("training in"), "{first}");
+        let told = Command::new("kill")
+            .args(["-HUP", &child.id().to_string()])
+            .status();
+        assert!(told.unwrap().success());
+        std::io::copy(&mut lines, &mut std::io::sink()).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(code), "{script}");
+    }
+}
+
 // The scratch folder of the measurement was left behind.
 #[cfg(unix)]
 #[test]
@@ -262,12 +293,26 @@ fn a_folder_with_controllers_of_others_is_refused() {
         "controller.safetensors",
         "controller-walk.safetensors",
         "report.json",
+        // These were replaced, and what else lay in the folders was lost.
+        "controller-last.safetensors",
+        "lock",
+        "checkpoint/weights.pt",
+        "checkpoint.new/weights.pt",
+        "checkpoint.old/weights.pt",
     ] {
-        std::fs::create_dir_all(place.path("there")).unwrap();
-        place.write(&format!("there/{name}"), "");
-        place.refused("train tiny.toml --out there", &["there", name, "--out"]);
+        let file = format!("there/{name}");
+        std::fs::create_dir_all(place.path(&file).parent().unwrap()).unwrap();
+        place.write(&file, "precious");
+        let first = name.split('/').next().unwrap();
+        place.refused("train tiny.toml --out there", &["there", first, "--out"]);
+        assert_eq!(place.read(&file), b"precious");
         std::fs::remove_dir_all(place.path("there")).unwrap();
     }
+    // A run whose configuration was moved away.
+    place.stdout("train tiny.toml --out run --steps 2000");
+    std::fs::create_dir_all(place.path("moved")).unwrap();
+    std::fs::rename(place.path("run/checkpoint"), place.path("moved/checkpoint")).unwrap();
+    place.refused("train tiny.toml --out moved", &["checkpoint", "--out"]);
 }
 
 // The base has been read by then: it was ignored, and written into `config.toml`.

@@ -145,6 +145,12 @@ fn a_profile_without_a_change_is_refused() {
         &["flat.csv", "never changes", "gaitshift evaluate"],
     );
     place.refused("transition --command-profile absent.csv", &["absent.csv"]);
+    // A change before the motion was reported as one that had come.
+    place.write("past.csv", "time_s,omega_v\n-5,0\n-2,3\n");
+    place.refused(
+        "transition --command-profile past.csv",
+        &["past.csv", "before the motion"],
+    );
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use super::names::{elsewhere, parse_error, question};
 use super::tables::{assignment, overlay, read};
-use super::{ConfigError, Experiment};
+use super::{ConfigError, Experiment, shape};
 use crate::criteria::Criteria;
 use gaitshift_body::BodyParameters;
 use gaitshift_task::{Disturbance, TaskParameters};
@@ -54,6 +54,7 @@ impl Experiment {
 
     /// As [`Experiment::with_table`], before anything is checked.
     fn overlaid(&self, values: toml::Table, origin: &str) -> Result<Self, ConfigError> {
+        shape::of_experiment(&values, origin)?;
         let mut table = self.table(origin)?;
         overlay(&mut table, values).map_err(|e| parse_error(origin, &e))?;
         table
@@ -84,6 +85,7 @@ impl Criteria {
         if !own.keys().any(|key| whole.contains_key(key)) {
             return Ok(Experiment::parse(&text, &origin)?.criteria);
         }
+        shape::of_criteria(&own, &origin)?;
         // A first reading reports unknown keys and wrong types with their line.
         let _: Self = toml::from_str(&text).map_err(error)?;
         overlay(&mut whole, own).map_err(|e| parse_error(&origin, &e))?;
@@ -152,8 +154,10 @@ pub fn load_body_overrides(
 /// An unreadable file, unknown keys, wrong types, values out of range.
 pub fn load_disturbance(path: &Path) -> Result<Disturbance, ConfigError> {
     let origin = path.display().to_string();
-    let disturbance: Disturbance =
-        toml::from_str(&read(path)?).map_err(|e| parse_error(&origin, &e.to_string()))?;
+    let text = read(path)?;
+    let error = |e: toml::de::Error| parse_error(&origin, &e.to_string());
+    shape::of_disturbance(&toml::from_str(&text).map_err(error)?, &origin)?;
+    let disturbance: Disturbance = toml::from_str(&text).map_err(error)?;
     let source = disturbance.validate();
     source.map_err(|source| ConfigError::Task { origin, source })?;
     Ok(disturbance)
@@ -182,8 +186,9 @@ pub fn set_body_and_task(
         let origin = format!("`{text}`");
         let mut table =
             toml::Table::try_from(&both).map_err(|e| parse_error(&origin, &e.to_string()))?;
-        overlay(&mut table, assignment(text, &["body", "task"])?)
-            .map_err(|e| parse_error(&origin, &e))?;
+        let own = assignment(text, &["body", "task"])?;
+        shape::of_experiment(&own, &origin)?;
+        overlay(&mut table, own).map_err(|e| parse_error(&origin, &e))?;
         both = table.try_into().map_err(|e: toml::de::Error| {
             // Without a table it was looked for among those of the body.
             let key = text.split('=').next().unwrap_or_default().trim();

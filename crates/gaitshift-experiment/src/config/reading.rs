@@ -2,7 +2,7 @@
 
 use super::names::{nearest, parse_error, question};
 use super::tables::{check_changes, leaves, overlay, read, without_changes};
-use super::{ConfigError, Experiment};
+use super::{ConfigError, Experiment, shape};
 use std::path::{Path, PathBuf};
 
 /// The recipes that come with the program, by name.
@@ -110,6 +110,7 @@ impl Experiment {
     pub(super) fn own(text: &str, origin: &str) -> Result<(Self, toml::Table), ConfigError> {
         let error = |e: toml::de::Error| parse_error(origin, &e.to_string());
         let table: toml::Table = toml::from_str(text).map_err(error)?;
+        shape::of_experiment(&table, origin)?;
         let mut alone = table.clone();
         let own = if without_changes(&mut alone) {
             check_changes(text).map_err(error)?;

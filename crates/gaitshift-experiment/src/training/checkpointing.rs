@@ -267,7 +267,7 @@ impl Disturbed {
 /// Reads the state of a checkpoint.
 fn read_state(path: &Path) -> Result<CheckpointState, TrainingError> {
     let error = |cause: String| TrainingError::other(path, cause);
-    let text = std::fs::read_to_string(path).map_err(|e| error(e.to_string()))?;
+    let text = std::fs::read_to_string(path).map_err(|e| error(format!("{e}, {DAMAGED}")))?;
     let damaged = |e: serde_json::Error| error(format!("{e}, {DAMAGED}"));
     let version: Version = serde_json::from_str(&text).map_err(damaged)?;
     if version.format != FORMAT {

@@ -61,9 +61,18 @@ pub fn written_with(
     recorded: &[RecordedExperiment],
 ) -> BTreeMap<String, Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();
-    let paths = write_report(subjects, recorded, &tiny(), folder.path(), &quiet(2)).unwrap();
-    assert_eq!(paths[0], folder.path().join("report.html"));
-    let all = files(folder.path());
+    written_into(folder.path(), subjects, recorded)
+}
+
+/// The same, in a folder that may hold an earlier report.
+pub fn written_into(
+    folder: &Path,
+    subjects: &mut [Subject],
+    recorded: &[RecordedExperiment],
+) -> BTreeMap<String, Vec<u8>> {
+    let paths = write_report(subjects, recorded, &tiny(), folder, &quiet(2)).unwrap();
+    assert_eq!(paths[0], folder.join("report.html"));
+    let all = files(folder);
     assert_eq!(paths.len(), all.len());
     all
 }

@@ -34,7 +34,7 @@ pub struct RenderArguments {
     pub strobe: bool,
 
     /// Write every frame of the animation into the folder of --out, as frame-00000.png and so on
-    #[arg(long, requires = "out", conflicts_with_all = ["strobe", "stride_at_s"])]
+    #[arg(long, requires = "out", conflicts_with_all = ["strobe", "stride_at_s", "poses"])]
     pub frames: bool,
 
     /// Leave out the background (frames and WebM)
@@ -53,32 +53,26 @@ pub struct RenderArguments {
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub fps: Option<f64>,
 
-    /// How many times slower than real time the animation plays, 0.1 to 100
-    #[arg(long, value_name = "TIMES", default_value = "1", allow_negative_numbers = true, value_parser = number)]
-    pub slow_motion: f64,
+    /// How many times slower than real time the animation plays, 0.1 to 100 [default: 1]
+    #[arg(long, value_name = "TIMES", allow_negative_numbers = true, value_parser = number)]
+    pub slow_motion: Option<f64>,
 
-    /// Width of the animation in pixels, 160 to 1920; for films and frames up to 3840, a multiple of 16; the height is five eighths
-    #[arg(
-        long,
-        value_name = "PX",
-        allow_negative_numbers = true,
-        default_value = "640"
-    )]
-    pub width: u32,
+    /// Width of the animation in pixels, 160 to 1920; for films and frames up to 3840, a multiple of 16; the height is five eighths [default: 640]
+    #[arg(long, value_name = "PX", allow_negative_numbers = true)]
+    pub width: Option<u32>,
 
     /// Draw the stride of the right leg around this time in s [default: the middle of the time range]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
     pub stride_at_s: Option<f64>,
 
-    /// Poses of the stride, 2 to 60
+    /// Poses of the stride, 2 to 60 [default: 12]
     #[arg(
         long,
         value_name = "N",
         allow_negative_numbers = true,
-        default_value = "12",
         value_parser = clap::value_parser!(u16).range(2..=60)
     )]
-    pub poses: u16,
+    pub poses: Option<u16>,
 }
 
 /// Shows a controller, a training run or a recording in the browser.

@@ -65,7 +65,7 @@ pub struct TrainArguments {
     ///
     /// Folders are runs/NAME-SEED, with --out DIR the folders DIR/NAME-SEED. Ctrl-C stops the current run and
     /// starts no other. At the end a table gives each run's result, with mean and standard deviation.
-    #[arg(long, value_name = "LIST", conflicts_with_all = ["seed", "resume"],
+    #[arg(long, value_name = "LIST", conflicts_with_all = ["seed", "resume"], allow_hyphen_values = true,
           value_delimiter = ',', value_parser = seeds)]
     pub seeds: Vec<Seeds>,
 
