@@ -142,11 +142,33 @@ fn progress_goes_to_standard_error_in_plain_lines() {
     assert!(stdout.contains("6,000 steps and"), "{stdout}");
 }
 
+/// Begins the command, sends it a signal once it trains, and gives its exit code and what it then said.
+#[cfg(unix)]
+fn signalled(command: &mut std::process::Command, signal: &str) -> (Option<i32>, String) {
+    use std::io::{BufRead, BufReader, Read};
+    use std::process::{Command, Stdio};
+    let mut child = command
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap());
+    // Its first line comes after the handler is in place.
+    let mut first = String::new();
+    lines.read_line(&mut first).unwrap();
+    assert!(first.contains("training in"), "{first}");
+    let sent = Command::new("kill")
+        .args([&format!("-{signal}"), &child.id().to_string()])
+        .status();
+    assert!(sent.unwrap().success());
+    let mut rest = String::new();
+    lines.read_to_string(&mut rest).unwrap();
+    (child.wait().unwrap().code(), rest)
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupt_writes_a_checkpoint_to_go_on_from() {
-    use std::io::{BufRead, BufReader, Read};
-    use std::process::{Command, Stdio};
     let place = place_with_recipe();
     place.write(
         "long.toml",
@@ -155,24 +177,9 @@ fn an_interrupt_writes_a_checkpoint_to_go_on_from() {
     // Ctrl-C, and what batch systems send before a job's time is over.
     for signal in ["INT", "TERM", "USR1"] {
         let run = format!("run-{signal}");
-        let mut child = place
-            .command(&format!("train long.toml --out {run}"))
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stderr.take().unwrap());
-        // Its first line comes after the handler is in place.
-        let mut first = String::new();
-        lines.read_line(&mut first).unwrap();
-        assert!(first.contains(&format!("training in {run}")), "{first}");
-        let interrupted = Command::new("kill")
-            .args([&format!("-{signal}"), &child.id().to_string()])
-            .status();
-        assert!(interrupted.unwrap().success());
-        let mut rest = String::new();
-        lines.read_to_string(&mut rest).unwrap();
-        assert_eq!(child.wait().unwrap().code(), Some(130), "{rest}");
+        let mut command = place.command(&format!("train long.toml --out {run}"));
+        let (code, rest) = signalled(&mut command, signal);
+        assert_eq!(code, Some(130), "{rest}");
         assert!(
             rest.contains(&format!("gaitshift train --resume {run}")),
             "{rest}"
@@ -185,31 +192,14 @@ fn an_interrupt_writes_a_checkpoint_to_go_on_from() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_hangup_that_is_ignored_stays_ignored() {
-    use std::io::{BufRead, BufReader};
-    use std::process::{Command, Stdio};
     let place = place_with_recipe();
     place.write("some.toml", TINY.replace("steps = 6000", "steps = 30_000"));
-    for (trap, code) in [("trap '' HUP; ", 0), ("", 130)] {
-        let program = assert_cmd::cargo::cargo_bin!("gaitshift").display();
-        let script = format!("{trap}exec '{program}' train some.toml --out run-{code}");
-        let mut child = Command::new("sh")
-            .args(["-c", &script])
-            .current_dir(place.path("."))
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stderr.take().unwrap());
-        let mut first = String::new();
-        lines.read_line(&mut first).unwrap();
-        assert!(first.contains("training in"), "{first}");
-        let told = Command::new("kill")
-            .args(["-HUP", &child.id().to_string()])
-            .status();
-        assert!(told.unwrap().success());
-        std::io::copy(&mut lines, &mut std::io::sink()).unwrap();
-        assert_eq!(child.wait().unwrap().code(), Some(code), "{script}");
-    }
+    let program = assert_cmd::cargo::cargo_bin!("gaitshift").display();
+    let script = format!("trap '' HUP; exec '{program}' train some.toml --out run");
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", &script]).current_dir(place.path("."));
+    let (code, rest) = signalled(&mut shell, "HUP");
+    assert_eq!(code, Some(0), "{rest}");
 }
 
 // The scratch folder of the measurement was left behind.

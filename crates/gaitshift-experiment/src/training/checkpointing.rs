@@ -6,7 +6,7 @@ use crate::config::Experiment;
 use crate::durable;
 use crate::edits::{Edit, edits, is_decided};
 use crate::logs::LogLengths;
-use crate::run_folder::{RunFolder, STATE};
+use crate::run_folder::{LAST_CONTROLLER, RunFolder, STATE};
 use crate::training_error::{TrainingError, io_error};
 use gaitshift_sac::{Agent, ReplayBuffer};
 use gaitshift_task::{
@@ -194,8 +194,7 @@ impl Training {
         };
         folder.write_json(&folder.pending(STATE), &state)?;
         folder.commit_checkpoint()?;
-        self.controller()
-            .write(&folder.file("controller-last.safetensors"))?;
+        self.controller().write(&folder.file(LAST_CONTROLLER))?;
         lap(&mut from, &mut self.counters.parts.checkpointing_s);
         Ok(())
     }
