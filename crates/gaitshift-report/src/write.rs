@@ -141,10 +141,10 @@ pub fn write_report(
         full: &full,
     });
     files.write("report.html", html.as_bytes())?;
-    // The page first: it is what to open.
     if replaces {
         files.clear(&folder.join("figures"))?;
     }
+    // The page first: it is what to open.
     files.written.reverse();
     Ok(files.written)
 }

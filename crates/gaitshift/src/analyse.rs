@@ -2,7 +2,7 @@
 
 use crate::arguments::{AnalyseArguments, distinct_paths};
 use crate::failure::Failure;
-use crate::gaits::{describe, print_gaits, read_recording};
+use crate::gaits::{describe, print_gaits, print_named_gaits, print_too_short, read_recording};
 use crate::output;
 use crate::transition;
 use gaitshift_analysis::recording::Recording;
@@ -78,15 +78,13 @@ fn rows(recordings: &[(&Path, Recording)], arguments: &AnalyseArguments) -> Resu
         let rows = rows.iter().map(|row| (row.omega_v, &row.summary));
         return print_gaits(rows, "varying");
     }
-    let cells = rows.iter().map(|row| {
-        let command = row
-            .omega_v
-            .map_or_else(|| "varying".to_owned(), |omega_v| omega_v.to_string());
-        (vec![command, row.recording.clone()], &row.summary)
-    });
-    output::named_gait_table(&["ω_v", "recording"], cells)
-        .iter()
-        .try_for_each(|line| output::line(line))
+    let named = rows.iter().map(|row| (row.recording.clone(), &row.summary));
+    print_named_gaits(
+        "recording",
+        rows.iter()
+            .map(|row| (row.omega_v, row.recording.clone(), &row.summary)),
+    )?;
+    print_too_short(named)
 }
 
 fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure> {

@@ -3,7 +3,7 @@
 use crate::arguments::{CompareArguments, distinct, distinct_commands, distinct_paths};
 use crate::evaluate::{self, starts};
 use crate::failure::Failure;
-use crate::gaits::{self, Row, read_recording};
+use crate::gaits::{self, Row, print_named_gaits, read_recording};
 use crate::motion::{Subject, load_controller};
 use crate::output;
 use crate::progress::{count, duration};
@@ -218,15 +218,11 @@ fn print_rows(measured: &[(String, Vec<Row>)]) -> Result<(), Failure> {
         .iter()
         .flat_map(|(name, rows)| rows.iter().map(move |row| (name.as_str(), row)));
     let rows = in_order(all, |row: &Row| row.omega_v);
-    let cells = rows.iter().map(|(name, row)| {
-        let command = row
-            .omega_v
-            .map_or_else(|| "varying".to_owned(), |w| w.to_string());
-        (vec![command, (*name).to_owned()], &row.summary)
-    });
-    output::named_gait_table(&["ω_v", "name"], cells)
-        .iter()
-        .try_for_each(|line| output::line(line))
+    let rows = rows.iter();
+    print_named_gaits(
+        "name",
+        rows.map(|(name, row)| (row.omega_v, (*name).to_owned(), &row.summary)),
+    )
 }
 
 fn print_spreads(measured: &[(String, Vec<Row>)], spreads: &[Vec<Spread>]) -> Result<(), Failure> {

@@ -67,9 +67,34 @@ pub fn print_gaits<'a>(
     for line in output::gait_table(named.iter().map(|(command, s)| (command.clone(), *s))) {
         output::line(&line)?;
     }
-    for (command, summary) in named {
+    print_too_short(
+        named
+            .iter()
+            .map(|(command, s)| (format!("ω_v {command}"), *s)),
+    )
+}
+
+/// The same where motions have names, in a column of this title, and without saying which are too short.
+pub fn print_named_gaits<'a>(
+    title: &str,
+    rows: impl Iterator<Item = (Option<f64>, String, &'a GaitSummary)>,
+) -> Result<(), Failure> {
+    let cells = rows.map(|(omega_v, name, summary)| {
+        let command = omega_v.map_or_else(|| "varying".to_owned(), |omega_v| omega_v.to_string());
+        (vec![command, name], summary)
+    });
+    output::named_gait_table(&["ω_v", title], cells)
+        .iter()
+        .try_for_each(|line| output::line(line))
+}
+
+/// Says which motions are too short to have a gait.
+pub fn print_too_short<'a>(
+    rows: impl Iterator<Item = (String, &'a GaitSummary)>,
+) -> Result<(), Failure> {
+    for (name, summary) in rows {
         if let Some(why) = too_short(summary) {
-            output::text(&format!("ω_v {command}: {why}"), 2)?;
+            output::text(&format!("{name}: {why}"), 2)?;
         }
     }
     Ok(())

@@ -13,9 +13,10 @@ use gaitshift_figures::{
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// Frames a second unless asked for: as many as a GIF shows evenly, and as screens show.
+/// Unless asked for.
 const POSES: u16 = 12;
 const WIDTH_PX: u32 = 640;
+/// Frames a second unless asked for: as many as a GIF shows evenly, and as screens show.
 const GIF_FPS: f64 = 25.0;
 const FILM_FPS: f64 = 60.0;
 

@@ -24,6 +24,9 @@ fn a_steady_motion_is_described_as_evaluate_does() {
     // Rows of several recordings could not be told apart.
     let table = place.stdout("analyse motions/omega_v_0.csv motions/omega_v_3.csv");
     assert!(table.contains("motions/omega_v_3.csv"), "{table}");
+    place.stdout("evaluate --omega-v 0,3 --duration-s 1 --out short --json");
+    let table = place.stdout("analyse short/omega_v_0.csv short/omega_v_3.csv");
+    assert!(table.contains("short/omega_v_0.csv: "), "{table}");
     place.refused(
         "analyse motions/omega_v_0.csv motions/omega_v_0.csv",
         &["twice"],
