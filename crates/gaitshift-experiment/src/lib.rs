@@ -8,6 +8,7 @@ mod criteria;
 mod durable;
 mod edits;
 mod evaluations;
+mod hardening;
 mod logs;
 mod pace;
 mod profile;
@@ -36,6 +37,7 @@ pub use durable::{sync_files, sync_folder, write as write_durably};
 pub use evaluations::{
     EvaluatedChange, EvaluatedChanges, EvaluatedCriterion, EvaluatedMotion, Evaluation, RunName,
 };
+pub use hardening::{Hardening, HardeningPlan, HardeningRound};
 pub use pace::steps_per_second;
 pub use profile::{CommandProfile, ProfileError};
 pub use provenance::{Provenance, portable_command, portable_path, quoted};

@@ -12,7 +12,7 @@
 //! 4. temperature, where learned: one Adam step down −ln α mean(ln π + target entropy).
 //!
 //! Where to look: [`Agent`] acts, learns, is saved and resumed; [`ReplayBuffer`] keeps experience; [`Policy`] is the
-//! actor alone, for controllers; [`SacConfig`] holds the settings; [`Learner`] is the update (`update.rs`, its losses in
+//! actor alone, for controllers; [`Imitation`] fits one to given actions; [`SacConfig`] holds the settings; [`Learner`] is the update (`update.rs`, its losses in
 //! `losses.rs`), generic in the scalar, which the tests run in `f64`. Its golden reference is `tools/golden/sac_update.py`.
 //!
 //! ```
@@ -61,6 +61,7 @@ mod checkpoint;
 mod config;
 mod error;
 pub mod gaussian;
+mod imitation;
 mod learner;
 mod losses;
 mod mirror;
@@ -75,6 +76,7 @@ pub use gaitshift_nn::{MlpShape, NamedTensor};
 pub use agent::Agent;
 pub use config::{CHUNK, SacConfig, Temperature};
 pub use error::SacError;
+pub use imitation::Imitation;
 pub use learner::{Learner, Noise, TemperatureState, UpdateStats};
 pub use mirror::{Mirror, reflect};
 pub use policy::{Policy, PolicyError};

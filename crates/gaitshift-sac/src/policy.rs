@@ -202,6 +202,43 @@ impl Policy {
         Self::new(network)
     }
 
+    /// The policy of which this is the mean with its mirror image ([`Policy::mean_with_mirror_image`]), or one that has the same
+    /// mean; nothing if it is no such mean.
+    pub fn without_mirror_image(&self, mirror: &Mirror) -> Option<Self> {
+        let shape = self.shape();
+        let halved = |size: usize| size.is_multiple_of(2).then_some(size / 2);
+        let halved_shape = MlpShape {
+            hidden: shape
+                .hidden
+                .iter()
+                .map(|&units| halved(units))
+                .collect::<Option<_>>()?,
+            ..shape.clone()
+        };
+        let tensors: Vec<_> = halved_shape
+            .tensors()
+            .into_iter()
+            .zip(&self.tensors())
+            .map(|((name, shape), doubled)| {
+                let columns = doubled.shape.get(1).copied().unwrap_or(1);
+                let kept = shape.get(1).copied().unwrap_or(1);
+                // The outputs are the mean of the halves'.
+                let factor = if name == "output.weight" { 2.0 } else { 1.0 };
+                let rows = doubled.values.chunks(columns).take(shape[0]);
+                let values = rows.flat_map(|row| row[..kept].iter().map(|w| factor * w));
+                NamedTensor {
+                    values: values.collect(),
+                    name,
+                    shape,
+                }
+            })
+            .collect();
+        let mut network = Mlp::zeros(halved_shape);
+        network.load_tensors(&tensors);
+        let half = Self::new(network);
+        (half.mean_with_mirror_image(mirror).tensors() == self.tensors()).then_some(half)
+    }
+
     /// Sizes of the network; it has two outputs per action.
     pub fn shape(&self) -> &MlpShape {
         self.network.shape()

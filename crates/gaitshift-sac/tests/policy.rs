@@ -173,3 +173,21 @@ fn mean_with_the_mirror_image() {
         "{furthest} {asymmetry}"
     );
 }
+
+#[test]
+fn a_mean_with_the_mirror_image_gives_its_policy_back() {
+    let mirror = Mirror {
+        observation: vec![(1, 1.0), (0, 1.0), (2, -1.0)],
+        action: vec![(1, 1.0), (0, 1.0)],
+    };
+    let policy = agent().policy();
+    let mean = policy.mean_with_mirror_image(&mirror);
+    let half = mean.without_mirror_image(&mirror).unwrap();
+    assert_eq!(half.shape(), policy.shape());
+    assert_eq!(
+        half.mean_with_mirror_image(&mirror).tensors(),
+        mean.tensors()
+    );
+    // A policy that is no such mean is nobody's, though its layers could be halved.
+    assert!(policy.without_mirror_image(&mirror).is_none());
+}

@@ -12,7 +12,7 @@ pub use motions::{
 pub use showing::{
     AnalyseArguments, ExportArguments, ExportFormat, RenderArguments, ViewArguments,
 };
-pub use training::{SweepArguments, TrainArguments};
+pub use training::{HardenArguments, SweepArguments, TrainArguments};
 pub use values::{distinct, distinct_commands, distinct_paths};
 
 use clap::builder::styling::{AnsiColor, Styles};
@@ -60,6 +60,7 @@ pub enum Command {
     Demo(DemoArguments),
     Train(TrainArguments),
     Sweep(SweepArguments),
+    Harden(HardenArguments),
     Evaluate(EvaluateArguments),
     Transition(TransitionArguments),
     Stress(StressArguments),

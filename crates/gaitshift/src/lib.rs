@@ -16,6 +16,7 @@ mod evaluate;
 mod export;
 mod failure;
 mod gaits;
+mod harden;
 mod manual;
 mod motion;
 mod output;
@@ -31,7 +32,7 @@ mod transition;
 mod unseen;
 mod view;
 
-use arguments::{Arguments, Command};
+use arguments::{Arguments, Command, HardenArguments, TrainArguments};
 use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use gaitshift_experiment::{Experiment, portable_command};
@@ -70,14 +71,17 @@ pub fn run(command_line: impl IntoIterator<Item = OsString>) -> u8 {
             return u8::try_from(error.exit_code()).unwrap_or(2);
         }
     };
-    if let Command::Train(arguments) = &mut arguments.command {
-        arguments.command = portable_command(command_line.into_iter().skip(1));
+    if let Command::Train(TrainArguments { command, .. })
+    | Command::Harden(HardenArguments { command, .. }) = &mut arguments.command
+    {
+        *command = portable_command(command_line.into_iter().skip(1));
     }
     let result = match arguments.command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Train(arguments) if arguments.check => check::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Harden(arguments) => harden::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Transition(arguments) => transition::run(&arguments),
         Command::Stress(arguments) => stress::run(&arguments),

@@ -1,7 +1,7 @@
 //! Arguments of the commands that train.
 
-use super::PrintArguments;
-use super::values::{Part, Seeds, part, seeds};
+use super::values::{Commands, Part, Seeds, commands, impulse, part, seeds};
+use super::{ControllerArguments, PrintArguments};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -185,6 +185,92 @@ pub struct SweepArguments {
     /// Only write and print the table of the results so far
     #[arg(long)]
     pub table: bool,
+
+    /// What is printed.
+    #[command(flatten)]
+    pub print: PrintArguments,
+}
+
+/// Lets a controller learn to withstand pushes that it falls from.
+///
+/// In every round its motions are pushed at random. Where it falls, a search looks for offsets to its commands with which it does not
+/// (the cross-entropy method, with full knowledge of the motion); then it is fitted to what was done with them, and to what it did
+/// before in motions undisturbed and disturbed, so that it keeps its gaits. No reward takes part. A round takes half a minute to a
+/// few minutes.
+///
+/// The best controller is the one that withstands most of 128 other pushes, of those that meet at least as many criteria as
+/// before. Ctrl-C stops after the round; the same command goes on, and with more --rounds it goes further. The result does not depend on
+/// either.
+#[derive(Debug, Args)]
+#[command(after_long_help = "\
+The folder:
+  controller.safetensors       the best controller so far; needs no other file
+  controller-last.safetensors  that of the last round
+  rounds.jsonl                 every round, one JSON object per line
+  state.safetensors            everything needed to go on
+
+With --json, standard output is {\"folder\", \"controller\", \"plan\", \"rounds\": [{\"round\", \"alone\", \"found\", \"withstood\",
+\"compared\", \"met\", \"criteria\", \"best\", ...}]}, the controller as it was first.
+
+Examples:
+  gaitshift harden --controller robust
+  gaitshift harden --controller runs/fast-1 --omega-v 0,1,2,3 --impulse 9:20,-20:-9 --out out/harden-fast-1
+  gaitshift stress --controller out/harden")]
+pub struct HardenArguments {
+    /// The command line that asks for it, without what belongs to one machine.
+    #[arg(skip)]
+    pub command: String,
+
+    /// Which controller.
+    #[command(flatten)]
+    pub which: ControllerArguments,
+
+    /// Commands ω_v at which it is pushed, separated by commas; FIRST:LAST:STEP is a range [default: 0]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = commands)]
+    pub omega_v: Vec<Commands>,
+
+    /// Ranges of the push's impulse in N s, FROM:TO separated by commas, each as likely; less than 0 is backward
+    /// [default: 20:36,-36:-20]
+    ///
+    /// A push is a force on the hip for 0.1 s, so that 30 N s are 300 N.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = impulse)]
+    pub impulse: Vec<[f64; 2]>,
+
+    /// Rounds in all, with those of an earlier call
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 30,
+        allow_negative_numbers = true
+    )]
+    pub rounds: usize,
+
+    /// Pushes in a round
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 80,
+        allow_negative_numbers = true
+    )]
+    pub pushes: usize,
+
+    /// Seed of everything random
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        allow_negative_numbers = true
+    )]
+    pub seed: u64,
+
+    /// Threads, 1 to 256 [default: the processors]; the result does not depend on them
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+
+    /// Folder of the hardening [default: out/harden]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 
     /// What is printed.
     #[command(flatten)]

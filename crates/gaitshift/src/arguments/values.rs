@@ -112,6 +112,20 @@ pub fn seeds(text: &str) -> Result<Seeds, String> {
     parse_seeds(text).map(Seeds)
 }
 
+/// Greatest impulse of a push, in N s: it would stop any walk at once.
+const GREATEST_IMPULSE_N_S: f64 = 1000.0;
+
+/// `FROM:TO` in N s, or one value.
+pub fn impulse(text: &str) -> Result<[f64; 2], String> {
+    let (from, to) = text.split_once(':').unwrap_or((text, text));
+    let value = |text| in_range(text, -GREATEST_IMPULSE_N_S, GREATEST_IMPULSE_N_S, " N s");
+    let range = [value(from)?, value(to)?];
+    if range[0] > range[1] {
+        return Err(format!("FROM is greater than TO; write {to}:{from}"));
+    }
+    Ok(range)
+}
+
 /// The K-th of N parts.
 #[derive(Debug, Clone, Copy)]
 pub struct Part {

@@ -1,0 +1,169 @@
+//! Contract: a hardening is the same to the bit whatever the threads and whether or not it was stopped; its best controller meets at least as
+//! many criteria as the one that it began with; what a folder holds of something else is neither taken nor lost.
+
+use gaitshift_experiment::{Controller, Hardening, HardeningPlan, HardeningRound};
+use std::path::Path;
+
+fn plan() -> HardeningPlan {
+    HardeningPlan {
+        impulse_n_s: vec![[24.0, 30.0]],
+        pushes: 3,
+        motions: 6,
+        steps: 60,
+        compared: 4,
+        ..HardeningPlan::default()
+    }
+}
+
+fn begin(plan: HardeningPlan, folder: &Path, threads: usize) -> Hardening {
+    let controller = Controller::read(Path::new("robust")).unwrap();
+    Hardening::new(controller, plan, folder, threads, "gaitshift harden").unwrap()
+}
+
+/// Without the wall-clock.
+fn rounds(hardening: &Hardening) -> Vec<HardeningRound> {
+    let untimed = |round: &HardeningRound| HardeningRound {
+        elapsed_s: 0.0,
+        ..round.clone()
+    };
+    hardening.rounds().iter().map(untimed).collect()
+}
+
+#[test]
+fn stopped_and_continued_with_other_threads_it_is_the_same() {
+    let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let mut at_once = begin(plan(), whole.path(), 1);
+    at_once.round().unwrap();
+    at_once.round().unwrap();
+    begin(plan(), parts.path(), 3).round().unwrap();
+    let mut continued = begin(plan(), parts.path(), 2);
+    continued.round().unwrap();
+    assert_eq!(rounds(&continued), rounds(&at_once));
+    let last =
+        |folder: &Path| Controller::read(&folder.join("controller-last.safetensors")).unwrap();
+    let (one, other) = (last(whole.path()), last(parts.path()));
+    assert_eq!(one.policy.tensors(), other.policy.tensors());
+    let robust = Controller::read(Path::new("robust")).unwrap();
+    assert_ne!(one.policy.tensors(), robust.policy.tensors());
+    // What is fitted is the half of a mean with the mirror image, so the sizes stay.
+    assert_eq!(one.policy.shape(), robust.policy.shape());
+
+    let [first, rest @ ..] = &rounds(&continued)[..] else {
+        panic!("no rounds")
+    };
+    assert_eq!(
+        (first.round, first.met, first.criteria, first.best),
+        (0, 38, 39, true)
+    );
+    for (round, number) in rest.iter().zip(1..) {
+        assert_eq!(round.round, number);
+        assert!(round.alone + round.found <= round.pushed && round.pushed <= 3);
+        assert_eq!(round.found > 0, round.found_loss > 0.0);
+        assert!(round.before_loss > 0.0 && round.compared == 4);
+        assert!(!round.best || round.met >= 38, "{round:?}");
+    }
+    let best = rest.iter().rev().find(|round| round.best);
+    let kept = Controller::read(&continued.best_path()).unwrap();
+    match best {
+        None => assert_eq!(kept.policy.tensors(), robust.policy.tensors()),
+        Some(_) => assert_ne!(kept.policy.tensors(), robust.policy.tensors()),
+    }
+    let lines = std::fs::read_to_string(parts.path().join("rounds.jsonl")).unwrap();
+    assert_eq!(lines.lines().count(), 3);
+}
+
+#[test]
+fn what_the_folder_holds_of_something_else_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |plan: HardeningPlan, name: &str| {
+        let controller = Controller::read(Path::new(name)).unwrap();
+        let refused = Hardening::new(controller, plan, folder.path(), 1, "");
+        refused.unwrap_err().to_string()
+    };
+    std::fs::write(folder.path().join("controller.safetensors"), "mine").unwrap();
+    assert!(refused(plan(), "robust").contains("already holds controller.safetensors"));
+    let mine = std::fs::read(folder.path().join("controller.safetensors")).unwrap();
+    assert_eq!(mine, b"mine");
+    std::fs::remove_file(folder.path().join("controller.safetensors")).unwrap();
+
+    let running = begin(plan(), folder.path(), 1);
+    assert!(refused(plan(), "robust").contains("by another process"));
+    drop(running);
+    let other = HardeningPlan { seed: 2, ..plan() };
+    for message in [refused(other, "robust"), refused(plan(), "shipped")] {
+        assert!(
+            message.contains("another controller, or with other"),
+            "{message}"
+        );
+    }
+    let state = folder.path().join("state.safetensors");
+    let bytes = std::fs::read(&state).unwrap();
+    std::fs::write(&state, &bytes[..bytes.len() / 2]).unwrap();
+    assert!(refused(plan(), "robust").contains("restore it from a copy, or give another --out"));
+}
+
+#[test]
+fn a_plan_that_cannot_be_followed_is_refused() {
+    for (plan, named) in [
+        (
+            HardeningPlan {
+                omega_v: vec![],
+                ..plan()
+            },
+            "commands",
+        ),
+        (
+            HardeningPlan {
+                omega_v: vec![f64::NAN],
+                ..plan()
+            },
+            "commands",
+        ),
+        (
+            HardeningPlan {
+                impulse_n_s: vec![],
+                ..plan()
+            },
+            "impulses",
+        ),
+        (
+            HardeningPlan {
+                impulse_n_s: vec![[2.0, 1.0]],
+                ..plan()
+            },
+            "impulses",
+        ),
+        (
+            HardeningPlan {
+                impulse_n_s: vec![[0.0, 1e9]],
+                ..plan()
+            },
+            "impulses",
+        ),
+        (
+            HardeningPlan {
+                pushes: 0,
+                ..plan()
+            },
+            "0 pushes in a round",
+        ),
+        (
+            HardeningPlan {
+                motions: 0,
+                ..plan()
+            },
+            "0 motions",
+        ),
+        (HardeningPlan { steps: 0, ..plan() }, "0 steps"),
+        (
+            HardeningPlan {
+                compared: 0,
+                ..plan()
+            },
+            "0 pushes to compare by",
+        ),
+    ] {
+        let refused = plan.validate().unwrap_err();
+        assert!(refused.contains(named), "{refused}");
+    }
+}

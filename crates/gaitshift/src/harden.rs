@@ -1,0 +1,145 @@
+//! `gaitshift harden`: a controller learns to withstand pushes that it falls from.
+
+use crate::arguments::{HardenArguments, distinct_commands};
+use crate::failure::Failure;
+use crate::motion::load_controller;
+use crate::output;
+use crate::progress::duration;
+use crate::train::catch_interrupts;
+use gaitshift_experiment::{Hardening, HardeningPlan, HardeningRound, quoted};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+#[derive(Serialize)]
+struct Outcome<'a> {
+    /// Folder.
+    folder: String,
+    /// The best controller.
+    controller: String,
+    /// What was asked for.
+    plan: &'a HardeningPlan,
+    /// The controller as it was, then every round.
+    rounds: &'a [HardeningRound],
+}
+
+/// Runs the command.
+pub fn run(arguments: &HardenArguments) -> Result<(), Failure> {
+    let a = arguments;
+    let mut plan = HardeningPlan {
+        pushes: a.pushes,
+        seed: a.seed,
+        ..HardeningPlan::default()
+    };
+    if !a.omega_v.is_empty() {
+        plan.omega_v = distinct_commands(&a.omega_v).map_err(Failure::input)?;
+    }
+    if !a.impulse.is_empty() {
+        plan.impulse_n_s.clone_from(&a.impulse);
+    }
+    plan.validate().map_err(Failure::input)?;
+    let controller = load_controller(a.which.controller.as_deref())?;
+    let threads = match a.threads {
+        Some(threads) => usize::from(threads),
+        None => std::thread::available_parallelism().map_or(1, usize::from),
+    };
+    let folder = a.out.clone().unwrap_or_else(|| PathBuf::from("out/harden"));
+    let interrupted = catch_interrupts("stopping after this round")?;
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(4));
+    if let Ok(style) = ProgressStyle::with_template("{spinner:.cyan} {msg}, {elapsed}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(250));
+    bar.set_message("meeting the controller as it is");
+    let hardening = Hardening::new(controller, plan.clone(), &folder, threads, &a.command);
+    let mut hardening = hardening.map_err(Failure::input)?;
+    let say = |round: &HardeningRound| match a.print.json {
+        true => Ok(()),
+        false => bar.suspend(|| output::line(&row(round))),
+    };
+    if !a.print.json {
+        bar.suspend(|| header(&plan))?;
+        hardening.rounds().iter().try_for_each(say)?;
+    }
+    while hardening.rounds().len() <= a.rounds && !interrupted.load(Ordering::SeqCst) {
+        bar.set_message(format!(
+            "round {} of {}",
+            hardening.rounds().len(),
+            a.rounds
+        ));
+        say(hardening.round().map_err(Failure::run)?)?;
+    }
+    bar.finish_and_clear();
+    let controller = hardening.best_path();
+    if a.print.json {
+        output::json(&Outcome {
+            folder: folder.to_string_lossy().into_owned(),
+            controller: controller.to_string_lossy().into_owned(),
+            plan: &plan,
+            rounds: hardening.rounds(),
+        })?;
+    } else {
+        describe(hardening.rounds(), &controller.to_string_lossy())?;
+    }
+    match interrupted.load(Ordering::SeqCst) && hardening.rounds().len() <= a.rounds {
+        true => {
+            output::note("stopped; the same command goes on");
+            Err(Failure::Interrupted)
+        }
+        false => Ok(()),
+    }
+}
+
+fn header(plan: &HardeningPlan) -> Result<(), Failure> {
+    let what = format!(
+        "Of {} pushes in a round: how many the controller withstands alone, and for how many others a way is found. Then, fitted \
+         to these ways: how many of other pushes it withstands, and the criteria that it meets.",
+        plan.pushes
+    );
+    output::text(&what, 0)?;
+    output::line("round  alone  found  withstands  criteria")
+}
+
+fn row(r: &HardeningRound) -> String {
+    let [alone, found] = if r.round == 0 {
+        [String::new(), String::new()]
+    } else {
+        [r.alone.to_string(), r.found.to_string()]
+    };
+    format!(
+        "{:>5}  {alone:>5}  {found:>5}  {:>10}  {:>8}{}",
+        r.round,
+        format!("{} of {}", r.withstood, r.compared),
+        format!("{}/{}", r.met, r.criteria),
+        if r.best && r.round > 0 {
+            "  the best so far"
+        } else {
+            ""
+        }
+    )
+}
+
+fn describe(rounds: &[HardeningRound], controller: &str) -> Result<(), Failure> {
+    let best = rounds.iter().rev().find(|round| round.best);
+    if let (Some(best), Some(first), Some(last)) = (best, rounds.first(), rounds.last()) {
+        output::line(&format!(
+            "{} rounds in {}; the best, of round {}, withstands {} of {} pushes ({} before) and meets {} of {} criteria ({} before)",
+            last.round,
+            duration(last.elapsed_s),
+            best.round,
+            best.withstood,
+            best.compared,
+            first.withstood,
+            best.met,
+            best.criteria,
+            first.met,
+        ))?;
+    }
+    output::line(&format!("controller: {controller}"))?;
+    output::line(&format!(
+        "what it withstands: gaitshift stress --controller {}",
+        quoted(controller)
+    ))
+}

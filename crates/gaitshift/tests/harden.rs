@@ -1,0 +1,64 @@
+//! `gaitshift harden`: the JSON that other programs rely on, the files written, going on, and bad input.
+
+mod common;
+use common::Place;
+
+/// No round: the controller as it is.
+const SHORT: &str = "harden --controller robust --rounds 0";
+
+#[test]
+fn the_json_has_what_is_promised_and_the_same_command_goes_on() {
+    let place = Place::new();
+    let value = place.json(&format!("{SHORT} --json"));
+    let [first] = &value["rounds"].as_array().unwrap()[..] else {
+        panic!("{value}")
+    };
+    assert_eq!(first["round"], 0);
+    assert_eq!(
+        (&first["met"], &first["criteria"]),
+        (&38.into(), &39.into())
+    );
+    assert_eq!(first["compared"], 128);
+    let withstood = first["withstood"].as_u64().unwrap();
+    assert!((20..120).contains(&withstood), "{first}");
+    assert_eq!(value["plan"]["omega_v"], serde_json::json!([0.0]));
+    assert_eq!(value["controller"], "out/harden/controller.safetensors");
+    for name in ["controller", "controller-last", "state"] {
+        assert!(
+            place
+                .path(&format!("out/harden/{name}.safetensors"))
+                .exists()
+        );
+    }
+    // Nothing is done twice.
+    let text = place.stdout(SHORT);
+    let row = format!("{withstood} of 128     38/39");
+    assert!(text.contains(&row), "{row}: {text}");
+    assert!(
+        text.contains("what it withstands: gaitshift stress"),
+        "{text}"
+    );
+    place.refused(
+        &format!("{SHORT} --seed 2"),
+        &["out/harden", "another --out"],
+    );
+}
+
+#[test]
+fn bad_input_is_refused() {
+    let place = Place::new();
+    place.refused(
+        "harden --controller nothing.safetensors",
+        &["nothing.safetensors"],
+    );
+    place.refused(
+        "harden --impulse 36:20",
+        &["FROM is greater than TO", "20:36"],
+    );
+    place.refused("harden --impulse 20:x", &["`x` is not a number"]);
+    place.refused("harden --impulse 20:1e9", &["from -1000 to 1000 N s"]);
+    place.refused("harden --pushes 0", &["0 pushes in a round"]);
+    place.refused("harden --omega-v 0,0", &["given twice"]);
+    place.refused("harden --threads 0", &["1..=256"]);
+    assert!(!place.path("out").exists());
+}
