@@ -5,15 +5,14 @@ use crate::config::{nearest, question};
 use crate::durable;
 use crate::provenance::Provenance;
 use crate::simulation::Control;
+use crate::tensors;
 use gaitshift_body::BodyParameters;
-use gaitshift_sac::{MlpShape, NamedTensor, Policy};
+use gaitshift_sac::{MlpShape, Policy};
 use gaitshift_task::{
     ACTION_SIZE, OBSERVATION_NAMES, OBSERVATION_SCALE, OBSERVATION_SIZE, TaskParameters,
 };
-use safetensors::{Dtype, SafeTensorError, SafeTensors, tensor::TensorView};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Version of the controller file's metadata.
@@ -74,22 +73,7 @@ impl Controller {
             provenance: self.provenance.clone(),
         };
         let json = serde_json::to_string(&description).map_err(|e| e.to_string())?;
-        let metadata = HashMap::from([("gaitshift".to_owned(), json)]);
-        let tensors = self.policy.tensors();
-        let bytes: Vec<Vec<u8>> = tensors
-            .iter()
-            .map(|t| t.values.iter().flat_map(|v| v.to_le_bytes()).collect())
-            .collect();
-        let views = tensors
-            .iter()
-            .zip(&bytes)
-            .map(|(t, bytes)| {
-                let view = TensorView::new(Dtype::F32, t.shape.clone(), bytes)?;
-                Ok((t.name.as_str(), view))
-            })
-            .collect::<Result<Vec<_>, SafeTensorError>>()
-            .map_err(|e| e.to_string())?;
-        safetensors::serialize(views, Some(metadata)).map_err(|e| e.to_string())
+        tensors::to_bytes(&self.policy.tensors(), json)
     }
 
     /// Writes the file; a kill at any moment leaves the old one or the new one.
@@ -167,20 +151,10 @@ impl Controller {
             cause,
             remedy: REMEDY,
         };
-        let damaged = |e: SafeTensorError| {
-            error(format!(
-                "it is not a safetensors file, or it is truncated ({e})"
-            ))
-        };
-        let (_, header) = SafeTensors::read_metadata(bytes).map_err(damaged)?;
-        let json = header
-            .metadata()
-            .as_ref()
-            .and_then(|m| m.get("gaitshift"))
-            .ok_or_else(|| error("it is a safetensors file of another program".to_owned()))?;
+        let json = tensors::text(bytes).map_err(error)?;
         let damaged_metadata =
             |e: serde_json::Error| error(format!("its metadata is damaged: {e}"));
-        let mut description: Value = serde_json::from_str(json).map_err(damaged_metadata)?;
+        let mut description: Value = serde_json::from_str(&json).map_err(damaged_metadata)?;
         let format = description.get("format").and_then(Value::as_str);
         if let Some(format) = format.filter(|format| *format != FORMAT) {
             return Err(error(format!(
@@ -190,7 +164,7 @@ impl Controller {
         take_out_gone_keys(&mut description).map_err(error)?;
         let description: Description =
             serde_json::from_value(description).map_err(damaged_metadata)?;
-        let file = SafeTensors::deserialize(bytes).map_err(damaged)?;
+        let file = tensors::open(bytes).map_err(error)?;
         let shape = &description.network;
         let sizes = (shape.inputs, shape.outputs);
         if sizes != (OBSERVATION_SIZE, 2 * ACTION_SIZE) {
@@ -215,22 +189,7 @@ impl Controller {
                 shape.hidden
             )));
         }
-        let mut tensors = Vec::new();
-        for (name, view) in file.iter() {
-            if view.dtype() != Dtype::F32 {
-                return Err(error(format!(
-                    "its tensor `{name}` is not of 32-bit floats"
-                )));
-            }
-            let values = view.data().chunks_exact(4);
-            tensors.push(NamedTensor {
-                name: name.to_owned(),
-                shape: view.shape().to_vec(),
-                values: values
-                    .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-                    .collect(),
-            });
-        }
+        let tensors = tensors::tensors(&file).map_err(error)?;
         let policy = Policy::from_tensors(description.network.clone(), &tensors)
             .map_err(|e| error(e.to_string()))?;
         let names = &description.observation_names;

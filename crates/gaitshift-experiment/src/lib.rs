@@ -23,6 +23,7 @@ mod simulation;
 mod stress;
 mod sweep;
 mod tensorboard;
+mod tensors;
 mod training;
 mod training_error;
 

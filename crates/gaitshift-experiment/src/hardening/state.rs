@@ -3,17 +3,15 @@
 use super::case::Pairs;
 use super::{Hardening, HardeningPlan, HardeningRound};
 use crate::durable;
+use crate::tensors;
 use crate::training_error::{TrainingError, io_error};
 use gaitshift_sac::{MlpShape, NamedTensor, Policy};
 use gaitshift_task::{ACTION_SIZE, OBSERVATION_SIZE};
-use safetensors::{Dtype, SafeTensors, tensor::TensorView};
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
 use std::io;
 use std::path::PathBuf;
 
 const FORMAT: &str = "gaitshift-hardening 1";
-const KEY: &str = "gaitshift";
 const KINDS: [&str; 2] = ["found", "alone"];
 /// What else such a folder holds.
 const FILES: [&str; 3] = [
@@ -84,23 +82,8 @@ impl Hardening {
                 }
             }
         }
-        let bytes: Vec<Vec<u8>> = tensors
-            .iter()
-            .map(|t| t.values.iter().flat_map(|v| v.to_le_bytes()).collect())
-            .collect();
-        let views = tensors
-            .iter()
-            .zip(&bytes)
-            .map(|(t, bytes)| {
-                let view = TensorView::new(Dtype::F32, t.shape.clone(), bytes)?;
-                Ok((t.name.as_str(), view))
-            })
-            .collect::<Result<Vec<_>, safetensors::SafeTensorError>>()
-            .map_err(|e| self.error(e.to_string()))?;
         let json = serde_json::to_string(&header).map_err(|e| self.error(e.to_string()))?;
-        let metadata = HashMap::from([(KEY.to_owned(), json)]);
-        let bytes =
-            safetensors::serialize(views, Some(metadata)).map_err(|e| self.error(e.to_string()))?;
+        let bytes = tensors::to_bytes(&tensors, json).map_err(|e| self.error(e))?;
         let path = self.state_path();
         durable::write(&path, &bytes).map_err(io_error(&path))
     }
@@ -119,15 +102,12 @@ impl Hardening {
                 format!("{cause}; restore it from a copy, or give another --out"),
             )
         };
-        let (_, metadata) =
-            SafeTensors::read_metadata(&bytes).map_err(|e| foreign(e.to_string()))?;
-        let json = metadata.metadata().as_ref().and_then(|m| m.get(KEY));
-        let json = json.ok_or_else(|| foreign("is not of this command".to_owned()))?;
-        let header: Header = serde_json::from_str(json)
-            .map_err(|e| foreign(format!("has a header of another kind ({e})")))?;
+        let json = tensors::text(&bytes).map_err(foreign)?;
+        let header: Header = serde_json::from_str(&json)
+            .map_err(|e| foreign(format!("its metadata are damaged: {e}")))?;
         if header.format != FORMAT {
             return Err(foreign(format!(
-                "has format {:?}, and this program reads {FORMAT:?}",
+                "its format is `{}`, this program reads `{FORMAT}`",
                 header.format
             )));
         }
@@ -139,50 +119,40 @@ impl Hardening {
                     .to_owned(),
             ));
         }
-        let tensors = SafeTensors::deserialize(&bytes).map_err(|e| foreign(e.to_string()))?;
-        let read = |name: &str| -> Result<(Vec<usize>, Vec<f32>), TrainingError> {
-            let tensor = tensors.tensor(name).map_err(|e| foreign(e.to_string()))?;
-            if tensor.dtype() != Dtype::F32 {
-                return Err(foreign(format!("has `{name}` as no 32-bit numbers")));
-            }
-            let (numbers, _) = tensor.data().as_chunks::<4>();
-            let values = numbers.iter().map(|bytes| f32::from_le_bytes(*bytes));
-            Ok((tensor.shape().to_vec(), values.collect()))
-        };
-        let mut own = Vec::new();
-        for (name, _) in header.network.tensors() {
-            let (shape, values) = read(&name)?;
-            own.push(NamedTensor {
-                name,
-                shape,
-                values,
-            });
-        }
+        let held = tensors::open(&bytes)
+            .and_then(|file| tensors::tensors(&file))
+            .map_err(foreign)?;
         if header.network != *self.policy.shape() {
-            return Err(foreign("has a network of other sizes".to_owned()));
+            return Err(foreign("it has a network of other sizes".to_owned()));
         }
         self.policy =
-            Policy::from_tensors(header.network, &own).map_err(|e| foreign(e.to_string()))?;
+            Policy::from_tensors(header.network, &held).map_err(|e| foreign(e.to_string()))?;
+        let values = |name: String, size: usize| {
+            let tensor = held.iter().find(|tensor| tensor.name == name);
+            let of_size = tensor.filter(|tensor| matches!(tensor.shape[..], [_, s] if s == size));
+            let values = of_size.map(|tensor| tensor.values.clone());
+            values.ok_or_else(|| foreign(format!("it lacks `{name}`, or has another size of it")))
+        };
         for (kind, rounds) in KINDS.into_iter().zip([&mut self.found, &mut self.alone]) {
             for round in 0..header.remembered {
-                let [observations, actions] = PARTS.map(|part| read(&name(kind, round, part)));
-                let ((shape, observations), (_, actions)) = (observations?, actions?);
-                let rows = shape.first().copied().unwrap_or(0);
-                if observations.len() != rows * OBSERVATION_SIZE
-                    || actions.len() != rows * ACTION_SIZE
-                {
+                let [observations, actions] = [0, 1].map(|k| {
+                    let size = [OBSERVATION_SIZE, ACTION_SIZE][k];
+                    values(name(kind, round, PARTS[k]), size)
+                });
+                let pairs = Pairs {
+                    observations: observations?,
+                    actions: actions?,
+                };
+                if pairs.rows() * OBSERVATION_SIZE != pairs.observations.len() {
                     return Err(foreign(format!(
-                        "has pairs of other sizes in round {round}"
+                        "it has pairs of other sizes in round {round}"
                     )));
                 }
-                rounds.push(Pairs {
-                    observations,
-                    actions,
-                });
+                rounds.push(pairs);
             }
         }
         if header.rounds.is_empty() {
-            return Err(foreign("has no rounds".to_owned()));
+            return Err(foreign("it has no rounds".to_owned()));
         }
         self.rounds = header.rounds;
         Ok(true)
