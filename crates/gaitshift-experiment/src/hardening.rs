@@ -14,6 +14,7 @@ use crate::acceptance::judge;
 use crate::controller::{Controller, Deterministic};
 use crate::criteria::Criteria;
 use crate::durable;
+use crate::parallel::in_parallel;
 use crate::provenance::Provenance;
 use crate::run_folder::RunFolder;
 use crate::training::task_mirror;
@@ -27,8 +28,6 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Motions of the controller so far, for so many of the one that it was, whose states are remembered in a round.
@@ -198,7 +197,7 @@ impl Hardening {
             folder: folder.to_owned(),
             _lock: lock,
             command: command.to_owned(),
-            threads: threads.max(1),
+            threads,
             mirror,
             before: Pairs::default(),
             found: Vec::new(),
@@ -234,7 +233,7 @@ impl Hardening {
         }
         let (plan, task) = (&self.plan, &self.original.task);
         let policy = self.judged();
-        let pushes = self.parallel(plan.pushes, |index| {
+        let pushes = in_parallel(self.threads, plan.pushes, |index| {
             let mut rng = self.stream(number, index);
             let mut policy = policy.clone();
             let case = Case::draw(
@@ -341,7 +340,7 @@ impl Hardening {
     /// Compares the controller with those before it, and writes everything.
     fn finish(&mut self, mut round: HardeningRound, clock: Instant) -> Result<(), TrainingError> {
         let mut controller = self.controller();
-        let withstood = self.parallel(self.plan.compared, |index| {
+        let withstood = in_parallel(self.threads, self.plan.compared, |index| {
             // Those of no round: as many as there can be are before.
             let mut rng = self.stream(usize::MAX, index);
             let mut policy = controller.policy.clone();
@@ -421,7 +420,7 @@ impl Hardening {
     }
 
     fn motions(&self, count: usize, disturbed: bool, policy: &Policy, number: usize) -> Pairs {
-        let motions = self.parallel(count, |index| {
+        let motions = in_parallel(self.threads, count, |index| {
             let seed = self.plan.seed ^ (number as u64) << 32 ^ (index as u64) << 8 ^ 0x6265;
             before::motion(&self.original, policy, &self.body, disturbed, index, seed)
         });
@@ -435,28 +434,5 @@ impl Hardening {
         let mixed = (number as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
             ^ (index as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
         Xoshiro256PlusPlus::seed_from_u64(self.plan.seed ^ mixed)
-    }
-
-    /// Shares tasks out among the threads; gives their results in the order of the tasks.
-    fn parallel<T: Send>(&self, tasks: usize, task: impl Fn(usize) -> T + Sync) -> Vec<T> {
-        let next = AtomicUsize::new(0);
-        let results = Mutex::new((0..tasks).map(|_| None).collect::<Vec<Option<T>>>());
-        let work = || {
-            loop {
-                let index = next.fetch_add(1, Ordering::Relaxed);
-                if index >= tasks {
-                    return;
-                }
-                let result = task(index);
-                results.lock().unwrap_or_else(|e| e.into_inner())[index] = Some(result);
-            }
-        };
-        std::thread::scope(|scope| {
-            for _ in 0..self.threads.min(tasks) {
-                scope.spawn(work);
-            }
-        });
-        let results = results.into_inner().unwrap_or_else(|e| e.into_inner());
-        results.into_iter().flatten().collect()
     }
 }

@@ -11,6 +11,7 @@ mod evaluations;
 mod hardening;
 mod logs;
 mod pace;
+mod parallel;
 mod profile;
 mod provenance;
 mod rehearsal;

@@ -7,6 +7,7 @@
 //! draw, so that the same plan gives the same limits on any number of threads.
 
 use crate::controller::{Controller, Deterministic};
+use crate::parallel::in_parallel;
 use crate::rollout::strides;
 use crate::simulation::Simulation;
 use gaitshift_analysis::recording::{Recording, RowError};
@@ -17,7 +18,6 @@ use gaitshift_task::{
     TerrainParameters, TerrainStep,
 };
 use serde::Serialize;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Duration of a push, in s.
@@ -232,37 +232,21 @@ pub fn stress(
         .iter()
         .flat_map(|&omega_v| plan.seeds.iter().map(move |&seed| (omega_v, seed)))
         .collect();
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let done = AtomicUsize::new(0);
     let total = units.len() * questions.len();
-    let found: Mutex<Vec<Result<Vec<Option<f64>>, RowError>>> =
-        Mutex::new(units.iter().map(|_| Ok(Vec::new())).collect());
-    let work = || {
+    let found = in_parallel(threads, units.len(), |index| {
+        let (omega_v, seed) = units[index];
         let mut controller = controller.clone();
-        loop {
-            let index = next.fetch_add(1, Ordering::SeqCst);
-            let Some(&(omega_v, seed)) = units.get(index) else {
-                return;
-            };
-            let subject = Settled::new(&mut controller, body, plan, omega_v, seed);
-            let limits = subject.map(|subject| {
-                let limits = questions.iter().map(|question| {
-                    let subject = subject.as_ref();
-                    let limit = subject.map(|s| s.limit(&mut controller, plan, question));
-                    progress(done.fetch_add(1, Ordering::SeqCst) + 1, total);
-                    limit
-                });
-                limits.collect()
-            });
-            found.lock().unwrap_or_else(|e| e.into_inner())[index] = limits;
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, units.len().max(1)) {
-            scope.spawn(work);
-        }
+        let subject = Settled::new(&mut controller, body, plan, omega_v, seed)?;
+        let limits = questions.iter().map(|question| {
+            let subject = subject.as_ref();
+            let limit = subject.map(|s| s.limit(&mut controller, plan, question));
+            progress(done.fetch_add(1, Ordering::SeqCst) + 1, total);
+            limit
+        });
+        Ok(limits.collect())
     });
-    let found = found.into_inner().unwrap_or_else(|e| e.into_inner());
-    let found: Vec<Vec<Option<f64>>> = found.into_iter().collect::<Result<_, _>>()?;
+    let found: Vec<Vec<Option<f64>>> = found.into_iter().collect::<Result<_, RowError>>()?;
     let starts = plan.seeds.len();
     let mut limits = Vec::new();
     for (command, &omega_v) in plan.omega_v.iter().enumerate() {

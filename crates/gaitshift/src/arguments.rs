@@ -114,6 +114,27 @@ pub struct ChangeArguments {
     pub set: Vec<String>,
 }
 
+/// On how many threads a command works.
+#[derive(Debug, Args)]
+pub struct ThreadArguments {
+    /// Threads, 1 to 256 [default: the processors]; the result does not depend on them
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+          value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub threads: Option<u16>,
+}
+
+/// Processors of this machine: on so many threads a command works, unless said otherwise.
+pub fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+impl ThreadArguments {
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.threads.map_or_else(processors, usize::from)
+    }
+}
+
 /// What goes to standard output.
 #[derive(Debug, Args)]
 pub struct PrintArguments {

@@ -41,10 +41,7 @@ pub fn run(arguments: &HardenArguments) -> Result<(), Failure> {
     }
     plan.validate().map_err(Failure::input)?;
     let controller = load_controller(a.which.controller.as_deref())?;
-    let threads = match a.threads {
-        Some(threads) => usize::from(threads),
-        None => std::thread::available_parallelism().map_or(1, usize::from),
-    };
+    let threads = a.threads.count();
     let folder = a.out.clone().unwrap_or_else(|| PathBuf::from("out/harden"));
     let interrupted = catch_interrupts("stopping after this round")?;
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(4));

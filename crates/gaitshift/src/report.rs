@@ -1,6 +1,6 @@
 //! `gaitshift report`: the study's page of any controllers.
 
-use crate::arguments::{ReportArguments, distinct_paths};
+use crate::arguments::{ReportArguments, distinct_paths, processors};
 use crate::failure::Failure;
 use crate::motion::note_if_unevaluated;
 use crate::output;
@@ -65,11 +65,6 @@ pub fn require_no_run(folder: &Path) -> Result<(), Failure> {
         )));
     }
     Ok(())
-}
-
-/// Controllers that are measured at a time, unless said otherwise.
-pub fn processors() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// What was given is at fault, or what was to be done.

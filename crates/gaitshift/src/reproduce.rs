@@ -1,6 +1,6 @@
 //! `gaitshift reproduce`: the study from training to page.
 
-use crate::arguments::{LearnerName, ReproduceArguments};
+use crate::arguments::{LearnerName, ReproduceArguments, processors};
 use crate::failure::Failure;
 use crate::progress::duration;
 use crate::train::catch_interrupts;
@@ -31,7 +31,7 @@ pub fn run(arguments: &ReproduceArguments) -> Result<(), Failure> {
         Some(jobs) => usize::from(jobs),
         None => sweep::default_jobs(sweep),
     };
-    let threads = arguments.jobs.map_or_else(report::processors, usize::from);
+    let threads = arguments.jobs.map_or_else(processors, usize::from);
     let interrupted = catch_interrupts("stopping after a checkpoint")?;
     let mut training_s = 0.0;
     for sweep in &sweeps {

@@ -32,10 +32,7 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
         plan.seeds = distinct(&a.seed).map_err(Failure::input)?;
     }
     let subject = Subject::load(&a.subject)?;
-    let threads = match a.threads {
-        Some(threads) => usize::from(threads),
-        None => std::thread::available_parallelism().map_or(1, usize::from),
-    };
+    let threads = a.threads.count();
     // Better now than when all is measured.
     let folder = a.print.folder(a.out.as_deref(), "out/stress");
     if let Some(folder) = &folder {

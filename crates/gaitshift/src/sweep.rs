@@ -1,6 +1,6 @@
 //! `gaitshift sweep`: many runs from one file.
 
-use crate::arguments::SweepArguments;
+use crate::arguments::{SweepArguments, processors};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress::{count, duration};
@@ -127,8 +127,7 @@ fn default_folder(sweep: &Sweep) -> PathBuf {
 /// As many trials as the machine has processors for, given the learner's own threads.
 pub fn default_jobs(sweep: &Sweep) -> usize {
     let threads = sweep.trials.iter().map(|t| t.experiment.learner.threads);
-    let processors = std::thread::available_parallelism().map_or(1, usize::from);
-    (processors / threads.max().unwrap_or(1)).max(1)
+    (processors() / threads.max().unwrap_or(1)).max(1)
 }
 
 /// The runs of a variant, and how long they would take on this machine.

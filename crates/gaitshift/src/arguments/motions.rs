@@ -1,7 +1,9 @@
 //! Arguments of the commands that measure what controllers do.
 
 use super::values::{Commands, Seeds, commands, duration_s, omega_v, seeds, time_s};
-use super::{ChangeArguments, ControllerArguments, PrintArguments, SubjectArguments};
+use super::{
+    ChangeArguments, ControllerArguments, PrintArguments, SubjectArguments, ThreadArguments,
+};
 use crate::disturb::DisturbanceArguments;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -226,10 +228,9 @@ pub struct StressArguments {
     #[arg(long)]
     pub quick: bool,
 
-    /// Threads, 1 to 256 [default: the processors]; the result does not depend on them
-    #[arg(long, value_name = "N", allow_negative_numbers = true,
-          value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub threads: Option<u16>,
+    /// On how many threads.
+    #[command(flatten)]
+    pub threads: ThreadArguments,
 
     /// Folder for table and figure; files of the same names are replaced [default: out/stress, none with --json]
     #[arg(long, value_name = "DIR")]

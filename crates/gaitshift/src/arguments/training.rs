@@ -1,7 +1,7 @@
 //! Arguments of the commands that train.
 
 use super::values::{Commands, Part, Seeds, commands, impulse, part, seeds};
-use super::{ControllerArguments, PrintArguments};
+use super::{ControllerArguments, PrintArguments, ThreadArguments};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -263,10 +263,9 @@ pub struct HardenArguments {
     )]
     pub seed: u64,
 
-    /// Threads, 1 to 256 [default: the processors]; the result does not depend on them
-    #[arg(long, value_name = "N", allow_negative_numbers = true,
-          value_parser = clap::value_parser!(u16).range(1..=256))]
-    pub threads: Option<u16>,
+    /// On how many threads.
+    #[command(flatten)]
+    pub threads: ThreadArguments,
 
     /// Folder of the hardening [default: out/harden]
     #[arg(long, value_name = "DIR")]
