@@ -8,19 +8,23 @@ use std::ffi::OsString;
 use std::path::Path;
 
 #[test]
-fn what_comes_with_the_program_is_what_training_wrote() {
+fn what_comes_with_the_program_is_what_training_or_hardening_wrote() {
     // What went wrong: the shipped controller was a mean of three that a hand had chosen, and its file did not say so.
-    for name in Controller::names() {
+    let commands = [
+        ("shipped", "fast", "gaitshift train fast --threads 1"),
+        (
+            "robust",
+            "robust",
+            "gaitshift harden --controller runs/robust-1 --omega-v 0,1,2,3 --pushes 160 --out runs/robust-1-hardened",
+        ),
+    ];
+    for (name, recipe, command) in commands {
         let provenance = Controller::read(Path::new(name)).unwrap().provenance;
-        let recipe = if name == "shipped" { "fast" } else { name };
         assert_eq!(
             (provenance.experiment.as_str(), provenance.seed),
             (recipe, 1)
         );
-        assert_eq!(
-            provenance.command,
-            format!("gaitshift train {recipe} --threads 1")
-        );
+        assert_eq!(provenance.command, command);
         assert!(provenance.edits.is_empty());
         // What went wrong: the recipe was changed and kept its name, so the file named one that had not made it.
         if let Some(digest) = provenance.experiment_digest {
