@@ -36,10 +36,11 @@ const MOTIONS_NOW: f64 = 0.15;
 const IMITATED_S: f64 = 2.0;
 /// Rounds whose ways are imitated.
 const ROUNDS_IMITATED: usize = 20;
-/// Rate of Adam's steps at the begin of a round and at its end, pairs of each kind in a step, and the weight of found ways.
+/// Rate of Adam's steps at the begin of a round and at its end, and pairs of each kind in a step.
 const LEARNING_RATE: [f64; 2] = [1e-3, 1e-4];
 const ROWS: usize = 128;
-const FOUND_WEIGHT: f64 = 4.0;
+/// Weights of what it did before, of found ways, and of what it withstood.
+const WEIGHTS: [f64; 3] = [1.0, 4.0, 1.0];
 
 /// What is to be withstood, and how thoroughly that is learned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -231,19 +232,11 @@ impl Hardening {
         if self.before.rows() == 0 {
             self.before = self.motions(self.plan.motions, true, &self.original.policy, 0);
         }
-        let (plan, task) = (&self.plan, &self.original.task);
         let policy = self.judged();
-        let pushes = in_parallel(self.threads, plan.pushes, |index| {
+        let pushes = in_parallel(self.threads, self.plan.pushes, |index| {
             let mut rng = self.stream(number, index);
             let mut policy = policy.clone();
-            let case = Case::draw(
-                &mut policy,
-                &self.body,
-                task,
-                &plan.omega_v,
-                &plan.impulse_n_s,
-                &mut rng,
-            )?;
+            let case = self.case(&mut policy, &mut rng)?;
             let alone = case.withstood(&mut policy, &NO_OFFSETS);
             let (offsets, tried) = if alone {
                 (Some(NO_OFFSETS), 0)
@@ -281,13 +274,13 @@ impl Hardening {
         }
         let motions = (MOTIONS_NOW * self.plan.motions as f64).ceil() as usize;
         let now = self.motions(motions, false, &policy, number);
-        [round.before_loss, round.found_loss] = self.fit(&now, number)?;
+        [round.before_loss, round.found_loss, _] = self.fit(&now, number)?;
         self.finish(round, clock)?;
         Ok(&self.rounds[number])
     }
 
-    /// Fits the policy to what is remembered. Gives the last losses, of what it did before and of found ways.
-    fn fit(&mut self, now: &Pairs, number: usize) -> Result<[f64; 2], TrainingError> {
+    /// Fits the policy to what is remembered: what it did before, found ways, and what it withstood. Gives their last losses.
+    fn fit(&mut self, now: &Pairs, number: usize) -> Result<[f64; 3], TrainingError> {
         let joined = |rounds: &[Pairs]| {
             let mut all = Pairs::default();
             rounds.iter().for_each(|pairs| all.append(pairs));
@@ -295,25 +288,26 @@ impl Hardening {
         };
         let mut before = self.before.clone();
         before.append(now);
-        let kinds = [before, joined(&self.found), joined(&self.alone)];
-        let mut sets = Vec::new();
-        for (pairs, weight) in kinds.into_iter().zip([1.0, FOUND_WEIGHT, 1.0]) {
+        let all = [before, joined(&self.found), joined(&self.alone)];
+        let (mut kinds, mut remembered) = (Vec::new(), Vec::new());
+        for (kind, pairs) in all.into_iter().enumerate() {
             // A round in which nothing falls, or everything does, leaves a kind empty.
             if pairs.rows() > 0 {
-                let set = Rehearsal::new(
+                kinds.push(kind);
+                remembered.push(Rehearsal::new(
                     OBSERVATION_SIZE,
                     ACTION_SIZE,
                     pairs.observations,
                     pairs.actions,
-                )?;
-                sets.push((set, weight));
+                )?);
             }
         }
-        let sets: Vec<(&Rehearsal, f64)> = sets.iter().map(|(set, w)| (set, *w)).collect();
+        let weights = kinds.iter().map(|&kind| WEIGHTS[kind]);
+        let sets: Vec<(&Rehearsal, f64)> = remembered.iter().zip(weights).collect();
         let mirror = self.is_mean.then(|| self.mirror.clone());
         let mut imitation = Imitation::new(&self.policy, mirror, ROWS)?;
         let mut rng = self.stream(number, usize::MAX);
-        let mut losses = [0.0; 2];
+        let mut losses = [0.0; 3];
         let steps = self.plan.steps;
         let averaged = steps.div_ceil(10);
         for step in 0..steps {
@@ -321,20 +315,13 @@ impl Hardening {
             let rate = LEARNING_RATE[0] + (LEARNING_RATE[1] - LEARNING_RATE[0]) * share;
             let step_losses = imitation.step(&sets, rate, &mut rng)?;
             if step + averaged >= steps {
-                let of_kinds = [Some(step_losses[0]), self.loss_of_found(&step_losses)];
-                for (sum, loss) in losses.iter_mut().zip(of_kinds) {
-                    *sum += loss.unwrap_or(0.0) / averaged as f64;
+                for (&kind, loss) in kinds.iter().zip(&step_losses) {
+                    losses[kind] += loss / averaged as f64;
                 }
             }
         }
         self.policy = imitation.policy();
         Ok(losses)
-    }
-
-    /// That of found ways, if there are any among the sets.
-    fn loss_of_found(&self, losses: &[f64]) -> Option<f64> {
-        let any = self.found.iter().any(|pairs| pairs.rows() > 0);
-        any.then(|| losses.get(1).copied()).flatten()
     }
 
     /// Compares the controller with those before it, and writes everything.
@@ -344,14 +331,7 @@ impl Hardening {
             // Those of no round: as many as there can be are before.
             let mut rng = self.stream(usize::MAX, index);
             let mut policy = controller.policy.clone();
-            let case = Case::draw(
-                &mut policy,
-                &self.body,
-                &self.original.task,
-                &self.plan.omega_v,
-                &self.plan.impulse_n_s,
-                &mut rng,
-            );
+            let case = self.case(&mut policy, &mut rng);
             case.is_some_and(|case| case.withstood(&mut policy, &NO_OFFSETS))
         });
         round.compared = withstood.len();
@@ -393,6 +373,19 @@ impl Hardening {
         }
         let path = self.folder.join("rounds.jsonl");
         durable::write(&path, lines.as_bytes()).map_err(io_error(&path))
+    }
+
+    /// A push of the plan, drawn by `rng`; nothing if the body falls before it.
+    fn case(&self, policy: &mut Policy, rng: &mut Xoshiro256PlusPlus) -> Option<Case> {
+        let (plan, task) = (&self.plan, &self.original.task);
+        Case::draw(
+            policy,
+            &self.body,
+            task,
+            &plan.omega_v,
+            &plan.impulse_n_s,
+            rng,
+        )
     }
 
     /// The policy that acts.
