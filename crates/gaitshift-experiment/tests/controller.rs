@@ -18,6 +18,7 @@ fn what_comes_with_the_program_is_what_training_or_hardening_wrote() {
             "gaitshift harden --controller runs/robust-1 --omega-v 0,1,2,3 --pushes 160 --out runs/robust-1-hardened",
         ),
     ];
+    assert!(Controller::names().eq(commands.map(|(name, ..)| name)));
     for (name, recipe, command) in commands {
         let provenance = Controller::read(Path::new(name)).unwrap().provenance;
         assert_eq!(
