@@ -1,5 +1,5 @@
-"""Contract: experiments/full_runs/seeds.py shows of a run the kept controller and the last, once where they are the same; a motion that
-falls has no figures, and of changes only those count that lead from the one gait to the other."""
+"""Contract: experiments/full_runs/seeds.py shows of a run the kept controller and the last, once where they are the same; a
+motion that falls has no figures, and of changes only those count that lead from the one gait to the other."""
 
 import json
 
