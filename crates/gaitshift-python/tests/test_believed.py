@@ -1,5 +1,5 @@
 """Contract: experiments/open_choices/believed.py, on which docs/reward-or-learner.md rests, moves the body by the run's own
-actor, with the actor's probabilities, and compares the critics with what then comes: of a constant reward its closed form, to the
+actor, with its probabilities, and compares the critics with what then comes: of a constant reward its closed form, to the
 1 % that it says the time limit may cut off."""
 
 import numpy as np
