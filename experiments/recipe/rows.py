@@ -4,7 +4,7 @@
     python experiments/recipe/rows.py runs/leave-one-out/*
 
 Each argument is a folder of runs, one for each seed, as `seed-7`; files are passed over. A row gives, seed by
-seed: the criteria met by the kept controller and at the end; from which step on the run walks at the lowest
+seed: the criteria met by the kept controller and at the end; at which step the run first walks at the lowest
 command and runs at the one where a run is asked; how many of the last twelve evaluations meet all but two
 criteria; the share of training episodes of the last million steps that fall; of the kept controller, how many
 of the motions from twelve random starts at each command fall, the greatest Froude number, the cost of transport
@@ -23,7 +23,7 @@ HEADINGS = (
     "left out",
     "best",
     "last",
-    "both gaits from, M",
+    "both gaits first at, M",
     "good of 12",
     "episodes that fall, %",
     "random starts that fall",
