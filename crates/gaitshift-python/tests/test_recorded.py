@@ -1,6 +1,6 @@
 """Contract: experiments/full_runs/recorded.py keeps, of a page's claims about an experiment or beside it, one value for
 each seed, and refuses pages on which one of them was not measured; of its seeds the motions and the training; what is
-recorded of others stays.
+recorded of others stays. Runs of an experiment with another learner are kept beside it under a name of their own.
 """
 
 import json
@@ -69,3 +69,27 @@ def test_motions_and_training_are_kept_beside_those_of_others(script, tmp_path, 
         assert [one["name"] for one in json.loads((tmp_path / "claims.json").read_text())] == ["paper"]
         assert (tmp_path / "motions.csv").read_text().splitlines()[1:] == ["paper,3,0.5,walking,0.1235,,,,,"]
         assert (tmp_path / "training.csv").read_text().splitlines()[1:] == ["journal,1,0,1,2,3", "paper,3,0,1e+05,12.35,0"]
+
+
+def test_runs_with_another_learner_stand_beside_those_of_the_experiment(script, tmp_path, monkeypatch, capsys):
+    motion = dict.fromkeys(script.OF_A_MOTION) | {"omega_v": 0.5, "gait": "walking"}
+    studies = [{"group": "paper", "seed": 3, "steady": [motion], "course": []}]
+    report = tmp_path / "report.json"
+    report.write_text(json.dumps(page(claim("walks", "paper", [1.0, None])) | {"studies": studies}))
+    always = ["recorded.py", str(report), "--experiment", "paper", "--runs", "some", "--into", str(tmp_path)]
+    for more in [["--learner", "fast"], ["--learner", "plain", "--as", "paper, plain"]]:
+        monkeypatch.setattr("sys.argv", always + more)
+        script.main()
+    kept = json.loads((tmp_path / "claims.json").read_text())
+    assert [(one["name"], one["learner"], one.get("repeats")) for one in kept] == [
+        ("paper", "fast", None),
+        ("paper, plain", "plain", "paper"),
+    ]
+    assert [row.split(",0.5")[0] for row in (tmp_path / "motions.csv").read_text().splitlines()[1:]] == [
+        "paper,3",
+        '"paper, plain",3',
+    ]
+    monkeypatch.setattr("sys.argv", [*always, "--as", "paper, plain"])
+    with pytest.raises(SystemExit):
+        script.main()
+    assert "--learner" in capsys.readouterr().err

@@ -4,7 +4,7 @@ mod journal;
 mod paper;
 
 use crate::headline::by_command;
-use crate::recorded::{self, RecordedExperiment};
+use crate::recorded::RecordedExperiment;
 use crate::seeds::{Values, interval};
 use crate::source::Source;
 use crate::study::{Change, Steady, Study};
@@ -171,13 +171,18 @@ impl Claim {
         self.found(experiment, values, told_anything)
     }
 
-    /// What runs of an experiment said when they were measured, if that is recorded.
-    fn recall(&self, recorded: &[RecordedExperiment], experiment: &str) -> Option<Finding> {
-        let values = recorded::values(recorded, experiment, self.claim)?;
+    /// What recorded runs said when they were measured, if they did.
+    fn recall(&self, recorded: &RecordedExperiment) -> Option<Finding> {
+        let values = recorded.claims.get(self.claim)?;
         Some(Finding {
             recorded: true,
-            ..self.found(experiment, Values(values.clone()), true)
+            ..self.found(&recorded.name, Values(values.clone()), true)
         })
+    }
+
+    /// What nothing was measured for.
+    fn unmeasured(&self, experiment: &str) -> Finding {
+        self.found(experiment, Values(Vec::new()), false)
     }
 
     fn found(&self, experiment: &str, values: Values, told: bool) -> Finding {
@@ -235,10 +240,20 @@ pub struct Judged {
     pub rule: String,
     /// What the experiment that the claim is about says.
     pub own: Finding,
+    /// What recorded runs of the same experiment with other learners say, one for each learner.
+    pub other_learners: Vec<Finding>,
     /// What every other method says: experiments that no claim is about, such as the recipe `fast`.
     pub beside: Vec<Finding>,
     #[serde(skip)]
     pub(crate) shown_by: Source,
+}
+
+impl Judged {
+    /// Everything that is found.
+    pub(crate) fn findings(&self) -> impl Iterator<Item = &Finding> {
+        let own = std::iter::once(&self.own);
+        own.chain(&self.other_learners).chain(&self.beside)
+    }
 }
 
 impl Rule {
@@ -368,7 +383,7 @@ fn claims() -> impl Iterator<Item = &'static Claim> {
 }
 
 /// Every claim, what the seeds of its experiment say to it, and what those of every method beside it say. Of experiments that are
-/// not among the studies that is what is recorded.
+/// not among the studies, and of those with other learners, that is what is recorded.
 pub fn judge_claims(studies: &[&Study], recorded: &[RecordedExperiment]) -> Vec<Judged> {
     let of_group = |name: &str| -> Vec<&Study> {
         let own = studies.iter().copied().filter(|s| s.group == name);
@@ -376,16 +391,29 @@ pub fn judge_claims(studies: &[&Study], recorded: &[RecordedExperiment]) -> Vec<
     };
     let mut others: Vec<&str> = Vec::new();
     let measured = studies.iter().map(|study| study.group.as_str());
-    for name in measured.chain(recorded.iter().map(|r| r.name.as_str())) {
+    let methods = recorded.iter().filter(|r| r.repeats.is_none());
+    for name in measured.chain(methods.map(|r| r.name.as_str())) {
         if !is_claimed(name) && !others.contains(&name) {
             others.push(name);
         }
     }
+    let learners = other_learners(recorded);
     let judged = |claim: &Claim| {
         let reference = claim.against.map(of_group).unwrap_or_default();
-        let finding = |name: &str, studies: &[&Study]| match claim.recall(recorded, name) {
-            Some(recalled) if studies.is_empty() => recalled,
-            _ => claim.judge(name, studies, &reference),
+        let finding = |name: &str, studies: &[&Study]| {
+            let mut known = recorded.iter().filter(|r| r.name == name);
+            match known.find_map(|r| claim.recall(r)) {
+                Some(recalled) if studies.is_empty() => recalled,
+                _ => claim.judge(name, studies, &reference),
+            }
+        };
+        let with_learner = |learner: &str| {
+            let repeats = |r: &&RecordedExperiment| {
+                r.repeats.as_deref() == Some(claim.experiment)
+                    && r.learner.as_deref() == Some(learner)
+            };
+            let found = recorded.iter().find(repeats).and_then(|r| claim.recall(r));
+            found.unwrap_or_else(|| claim.unmeasured(&format!("{}, {learner}", claim.experiment)))
         };
         let own = finding(claim.experiment, &of_group(claim.experiment));
         let beside = others.iter().map(|&name| {
@@ -403,11 +431,27 @@ pub fn judge_claims(studies: &[&Study], recorded: &[RecordedExperiment]) -> Vec<
             theirs: claim.theirs,
             rule: claim.rule.words(),
             own,
+            other_learners: learners
+                .iter()
+                .map(|learner| with_learner(learner))
+                .collect(),
             beside: beside.collect(),
             shown_by: claim.shown_by,
         }
     };
     claims().map(judged).collect()
+}
+
+/// The learners of recorded runs that repeat an experiment, each once.
+pub(crate) fn other_learners(recorded: &[RecordedExperiment]) -> Vec<&str> {
+    let mut learners = Vec::new();
+    for r in recorded.iter().filter(|r| r.repeats.is_some()) {
+        match r.learner.as_deref() {
+            Some(learner) if !learners.contains(&learner) => learners.push(learner),
+            _ => {}
+        }
+    }
+    learners
 }
 
 /// Mean of shares, with Wilson's interval of the seeds that do it always.

@@ -29,10 +29,12 @@ pub(crate) struct Shown {
     pub wide: bool,
 }
 
-/// The figures over all subjects: the methods beside each other, and each method beside what leaves out a part of it.
-pub(crate) fn of_all(studies: &[&Study]) -> Result<Vec<Shown>, ReportError> {
+/// The figures over all subjects: the methods beside each other, and each method beside what leaves out a part of it. Of the methods
+/// those that are `repeated` under another name stand for themselves only beside what leaves out a part.
+pub(crate) fn of_all(studies: &[&Study], repeated: &[&str]) -> Result<Vec<Shown>, ReportError> {
     let mut whole: Vec<&Study> = studies.to_vec();
     whole.retain(|s| method_of(&s.group).is_none_or(|method| method == s.group));
+    whole.retain(|s| !repeated.contains(&s.group.as_str()));
     if whole.is_empty() {
         whole = studies.to_vec();
     }

@@ -114,7 +114,7 @@ pub(crate) fn html(content: &Content) -> String {
         );
     }
     page.recorded(judged, recorded);
-    page.claims(judged, commands);
+    page.claims(judged, recorded, commands);
     page.push("<h2 id=\"numbers\">Beyond the papers</h2>\n");
     page.push(
         "<p class=\"quiet\">Measures that are usual in gait research. Human values are quoted from the sources named; \

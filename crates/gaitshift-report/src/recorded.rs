@@ -19,6 +19,13 @@ const TRAINING: &str = include_str!("../recorded/training.csv");
 pub struct RecordedExperiment {
     /// Its name in the study.
     pub name: String,
+    /// The experiment of the study that these runs repeat with another learner, where they do: they answer its claims, in a column of
+    /// their own.
+    #[serde(default)]
+    pub repeats: Option<String>,
+    /// What the runs learned with, as the head of a column; the recipe says it otherwise.
+    #[serde(default)]
+    pub learner: Option<String>,
     /// Which runs, and how they learned.
     pub runs: String,
     /// Their seeds.
@@ -129,12 +136,3 @@ impl Part {
     }
 }
 
-/// The values that an experiment is recorded to have for a claim.
-pub(crate) fn values<'a>(
-    recorded: &'a [RecordedExperiment],
-    experiment: &str,
-    claim: &str,
-) -> Option<&'a Vec<Option<f64>>> {
-    let own = recorded.iter().find(|r| r.name == experiment)?;
-    own.claims.get(claim)
-}

@@ -89,7 +89,8 @@ pub fn write_report(
         .iter()
         .filter(|r| !studies.iter().any(|s| s.group == r.name));
     let shown = studies.iter().chain(recalled.flat_map(|r| &r.studies));
-    let common = figures::of_all(&shown.collect::<Vec<_>>())?;
+    let repeats = recorded.iter().filter_map(|r| r.repeats.as_deref());
+    let common = figures::of_all(&shown.collect::<Vec<_>>(), &repeats.collect::<Vec<_>>())?;
 
     let mut files = Files {
         root: folder,
@@ -306,7 +307,7 @@ fn claims_table(judged: &[Judged], commands: &Commands) -> Table {
     let mut table = Table::new("claims", &columns);
     for j in judged {
         let (command, value) = commands.of(j.shown_by);
-        for f in std::iter::once(&j.own).chain(&j.beside) {
+        for f in j.findings() {
             let [low, high] = f.interval();
             table.rows.push(vec![
                 j.source.to_owned(),

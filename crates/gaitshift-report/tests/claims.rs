@@ -319,6 +319,8 @@ fn without_runs_of_its_experiment_a_claim_is_judged_by_what_is_recorded() {
     let seed = study(0.22, 0.9);
     let recorded = |values: &[Option<f64>]| RecordedExperiment {
         name: "paper".to_owned(),
+        repeats: None,
+        learner: None,
         runs: "trained earlier".to_owned(),
         seeds: (1..).take(values.len()).collect(),
         claims: [("Froude number at ω_v = 0".to_owned(), values.to_vec())].into(),
@@ -355,6 +357,8 @@ fn a_recorded_method_that_no_claim_is_about_stands_beside_as_if_it_were_measured
     let claim = "Froude number at ω_v = 0";
     let recorded = RecordedExperiment {
         name: "fast".to_owned(),
+        repeats: None,
+        learner: None,
         runs: "trained earlier".to_owned(),
         seeds: vec![1, 2],
         claims: [(claim.to_owned(), vec![Some(0.21), Some(0.23)])].into(),
@@ -384,10 +388,47 @@ fn a_recorded_method_that_no_claim_is_about_stands_beside_as_if_it_were_measured
 }
 
 #[test]
+fn runs_of_an_experiment_with_another_learner_have_a_finding_of_their_own() {
+    let claim = "Froude number at ω_v = 0";
+    let of_learner =
+        |name: &str, repeats: Option<&str>, learner: &str, froude| RecordedExperiment {
+            name: name.to_owned(),
+            repeats: repeats.map(str::to_owned),
+            learner: Some(learner.to_owned()),
+            runs: "trained earlier".to_owned(),
+            seeds: vec![1],
+            claims: [(claim.to_owned(), vec![Some(froude)])].into(),
+            studies: Vec::new(),
+        };
+    let recorded = [
+        of_learner("paper", None, "fewer updates", 0.5),
+        of_learner("paper, plain", Some("paper"), "plain", 0.22),
+        of_learner("journal, plain", Some("journal"), "plain", 0.1),
+    ];
+    let told = |claim| {
+        let judged = judged_with(&[&study(0.3, 0.9)], &recorded, claim);
+        let told = |f: Finding| (f.experiment, f.verdict, f.recorded);
+        let others = judged.other_learners.into_iter().map(told);
+        assert_eq!(judged.beside.len(), 1, "only what no claim is about");
+        (told(judged.own), others.collect::<Vec<_>>())
+    };
+    let (own, others) = told(claim);
+    assert_eq!(own, ("paper".to_owned(), Verdict::Fails, true));
+    assert_eq!(others, [("paper, plain".to_owned(), Verdict::Holds, true)]);
+    // One finding for each learner, of a claim that it says nothing about, too.
+    let (_, others) = told("least speed");
+    let unmeasured = ("journal, plain".to_owned(), Verdict::NotMeasured, false);
+    assert_eq!(others, [unmeasured]);
+}
+
+#[test]
 fn what_comes_recorded_is_of_claims_that_there_are() {
     let claims = judge_claims(&[], &[]);
     for recorded in recorded_experiments().unwrap() {
         assert!(!recorded.seeds.is_empty() && !recorded.claims.is_empty());
+        // Where two runs of an experiment learned differently, the page says of both what they learned with.
+        assert!(recorded.repeats.is_none() || recorded.learner.is_some());
+        let named = recorded.repeats.as_ref().unwrap_or(&recorded.name);
         // Every seed can be drawn: its motions from the least command on, and its whole training.
         for (study, &seed) in recorded.studies.iter().zip(&recorded.seeds) {
             assert_eq!((&study.group, study.seed), (&recorded.name, seed));
@@ -400,11 +441,11 @@ fn what_comes_recorded_is_of_claims_that_there_are() {
             let known = claims.iter().find(|j| j.claim == claim);
             let known = known.unwrap_or_else(|| panic!("no claim {claim}"));
             let about = &known.own.experiment;
-            assert!(*about == recorded.name || about == known.source, "{claim}");
+            assert!(about == named || about == known.source, "{claim}");
             assert_eq!(values.len(), recorded.seeds.len(), "{claim}");
         }
         // Nothing that is claimed of it is left out; a method that no claim is about stands beside those about the methods.
-        let own = claims.iter().filter(|j| j.own.experiment == recorded.name);
+        let own = claims.iter().filter(|j| j.own.experiment == *named);
         let methods = claims.iter().filter(|j| j.own.experiment == j.source);
         let asked = match own.count() {
             0 => methods.count(),

@@ -2,7 +2,7 @@
 
 use super::Page;
 use super::text::{Escaped, Prose, estimate, numbered, seeds};
-use crate::claims::{Finding, Judged, Verdict};
+use crate::claims::{Finding, Judged, Verdict, other_learners};
 use crate::headline::HeadlineNumber;
 use crate::recorded::RecordedExperiment;
 use crate::source::{Commands, Source};
@@ -11,7 +11,7 @@ impl Page {
     /// Which findings are of runs that are not measured for the page. Experiments that learned alike stand together.
     pub(super) fn recorded(&mut self, judged: &[Judged], recorded: &[RecordedExperiment]) {
         let used = |r: &&RecordedExperiment| {
-            let mut findings = judged.iter().flat_map(|j| j.beside.iter().chain([&j.own]));
+            let mut findings = judged.iter().flat_map(Judged::findings);
             findings.any(|f| f.recorded && f.experiment == r.name)
         };
         let mut alike: Vec<Vec<&RecordedExperiment>> = Vec::new();
@@ -43,13 +43,26 @@ impl Page {
         self.push("</ul>\n");
     }
 
-    /// One row for each claim; in columns what its own experiment says, if any was measured, and every method beside it.
-    pub(super) fn claims(&mut self, judged: &[Judged], commands: &Commands) {
-        let own = |j: &Judged| j.own.verdict != Verdict::NotMeasured;
+    /// One row for each claim; in columns what its own experiment says, with every learner of which runs were measured, and every
+    /// method beside it.
+    pub(super) fn claims(
+        &mut self,
+        judged: &[Judged],
+        recorded: &[RecordedExperiment],
+        commands: &Commands,
+    ) {
+        let own = |j: &&Judged| j.own.verdict != Verdict::NotMeasured;
         let mut columns: Vec<(String, Vec<&Finding>)> = Vec::new();
-        if judged.iter().any(own) {
+        for (index, learner) in other_learners(recorded).into_iter().enumerate() {
+            let findings = judged.iter().map(|j| &j.other_learners[index]).collect();
+            columns.push((learner.to_owned(), findings));
+        }
+        if let Some(first) = judged.iter().find(own) {
+            let mut alike = recorded.iter().filter(|r| r.name == first.own.experiment);
+            let learner = alike.find_map(|r| r.learner.clone());
+            let name = learner.filter(|_| first.own.recorded);
             let findings = judged.iter().map(|j| &j.own).collect();
-            columns.push(("its experiment".to_owned(), findings));
+            columns.push((name.unwrap_or("its experiment".to_owned()), findings));
         }
         let others = judged.first().map_or(0, |j| j.beside.len());
         for index in 0..others {
