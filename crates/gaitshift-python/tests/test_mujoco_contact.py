@@ -72,7 +72,7 @@ def test_the_force_of_a_sphere_is_the_spring_and_damper_that_the_file_says(param
             theirs = biped.foot_forces()[:, 1]
             spring = load_n * share
             damper = load_n * p["contact_dissipation_s_per_m"] * -speed
-            # What remains is the constraint's added mass times the acceleration, 0.01 % of the foot's mass.
+            # What remains is the constraint's added mass times the acceleration, 0.02 % of the foot's mass.
             np.testing.assert_allclose(theirs, max(0.0, spring + damper), rtol=2e-3)
             if share == 1.0 or (p["contact_exponent"] == 1.0 and speed == 0.0):
                 ours = biped.ours.foot_contact(positions, velocities)[0]["normal_n"]
