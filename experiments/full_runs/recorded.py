@@ -80,7 +80,7 @@ def main() -> None:
     parser.add_argument("report", type=Path, help="report.json of a page of the runs")
     parser.add_argument("--experiment", required=True, help="the experiment that is recorded")
     parser.add_argument("--learner", help="what the runs learned with, in a few words: the head of their column")
-    parser.add_argument("--as", dest="name", help="keep them under this name, beside runs of the experiment with another learner")
+    parser.add_argument("--as", dest="name", help="keep them under this name, beside runs with another learner")
     parser.add_argument("--runs", required=True, help="which runs these are, and how they learned, for the page")
     parser.add_argument("--into", type=Path, required=True, help="folder of the recorded experiments; others in it stay")
     arguments = parser.parse_args()
