@@ -136,6 +136,8 @@ fn seeds_of_an_experiment_are_one_series_and_phase_one_is_set_beside_its_lack() 
     // An experiment that was run earlier, of which little is known.
     let earlier = RecordedExperiment {
         name: "earlier".to_owned(),
+        repeats: None,
+        learner: None,
         runs: String::new(),
         seeds: vec![1, 2],
         claims: BTreeMap::new(),
