@@ -84,14 +84,14 @@ def main() -> None:
     parser.add_argument("--runs", required=True, help="which runs these are, and how they learned, for the page")
     parser.add_argument("--into", type=Path, required=True, help="folder of the recorded experiments; others in it stay")
     arguments = parser.parse_args()
+    if arguments.name is not None and arguments.learner is None:
+        parser.error("--as: say with --learner what they learned with")
     report = json.loads(arguments.report.read_text(encoding="utf-8"))
     new = claims(report, arguments.experiment, arguments.runs)
     if arguments.learner is not None:
-        new = {"name": new.pop("name"), "learner": arguments.learner} | new
+        new["learner"] = arguments.learner
     if arguments.name is not None:
-        if arguments.learner is None:
-            parser.error("--as: say with --learner what they learned with")
-        new = new | {"name": arguments.name, "repeats": arguments.experiment}
+        new |= {"name": arguments.name, "repeats": arguments.experiment}
     file = arguments.into / "claims.json"
     kept = json.loads(file.read_text(encoding="utf-8")) if file.exists() else []
     kept = [*(one for one in kept if one["name"] != new["name"]), new]

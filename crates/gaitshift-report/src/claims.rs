@@ -180,11 +180,6 @@ impl Claim {
         })
     }
 
-    /// What nothing was measured for.
-    fn unmeasured(&self, experiment: &str) -> Finding {
-        self.found(experiment, Values(Vec::new()), false)
-    }
-
     fn found(&self, experiment: &str, values: Values, told: bool) -> Finding {
         let estimate = match self.rule {
             Rule::Always => share_of_seeds(&values),
@@ -413,7 +408,9 @@ pub fn judge_claims(studies: &[&Study], recorded: &[RecordedExperiment]) -> Vec<
                     && r.learner.as_deref() == Some(learner)
             };
             let found = recorded.iter().find(repeats).and_then(|r| claim.recall(r));
-            found.unwrap_or_else(|| claim.unmeasured(&format!("{}, {learner}", claim.experiment)))
+            found.unwrap_or_else(|| {
+                claim.judge(&format!("{}, {learner}", claim.experiment), &[], &[])
+            })
         };
         let own = finding(claim.experiment, &of_group(claim.experiment));
         let beside = others.iter().map(|&name| {
