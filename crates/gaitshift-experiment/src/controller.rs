@@ -33,8 +33,10 @@ pub struct Controller {
 
 /// A controller file that cannot be used.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot use the controller {}: {cause}; {remedy}", path.display())]
+#[error("cannot {action} the controller {}: {cause}; {remedy}", path.display())]
 pub struct ControllerError {
+    /// What was tried: "use" or "write".
+    pub action: &'static str,
     /// The file.
     pub path: PathBuf,
     /// What is wrong with it.
@@ -82,9 +84,10 @@ impl Controller {
     /// The file system's.
     pub fn write(&self, path: &Path) -> Result<(), ControllerError> {
         let error = |cause: String| ControllerError {
+            action: "write",
             path: path.to_owned(),
             cause,
-            remedy: "check that the folder exists and can be written",
+            remedy: "check that the folder exists and can be written, and that its disk has room",
         };
         let bytes = self.to_bytes().map_err(error)?;
         durable::write(path, &bytes).map_err(|e| error(e.to_string()))
@@ -110,6 +113,7 @@ impl Controller {
                 format!("{e}{question}")
             };
             ControllerError {
+                action: "use",
                 path: path.to_owned(),
                 cause,
                 remedy: REMEDY,
@@ -147,6 +151,7 @@ impl Controller {
     /// As [`Controller::read`].
     pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self, ControllerError> {
         let error = |cause: String| ControllerError {
+            action: "use",
             path: path.to_owned(),
             cause,
             remedy: REMEDY,

@@ -103,7 +103,9 @@ impl HardeningPlan {
             ("pushes to compare by", self.compared, 10_000),
         ] {
             if !(1..=most).contains(&number) {
-                return Err(format!("{number} {what} are not between 1 and {most}"));
+                return Err(format!(
+                    "the number of {what} is {number}, but it must be between 1 and {most}"
+                ));
             }
         }
         Ok(())

@@ -193,7 +193,7 @@ impl RunFolder {
         }
         Err(TrainingError::other(
             &self.path,
-            "is not a run's folder: it has no config.toml; give that of a run that \
+            "not a run's folder: it has no config.toml; give the folder of a run that \
              `gaitshift train` began"
                 .to_owned(),
         ))

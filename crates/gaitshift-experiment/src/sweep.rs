@@ -191,7 +191,9 @@ impl Sweep {
         };
         let folders: Vec<String> = entries.iter().map(|v| folder_name(&v.name)).collect();
         if let Some(name) = repeated(&folders) {
-            return Err(wrong(format!("two variants have the folder name `{name}`")));
+            return Err(wrong(format!(
+                "two variants have the folder name `{name}`; give them different names"
+            )));
         }
         if let Some(name) = folders.iter().find(|name| name.len() > LONGEST_NAME) {
             return Err(wrong(format!(

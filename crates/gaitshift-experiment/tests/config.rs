@@ -604,7 +604,7 @@ fn slips_in_what_is_changed_by_name_have_their_line() {
         ),
         (
             "base = \"fast\"\n[curriculum.phases.\"I, stepping\"]\nsteps = \"many\"",
-            ["line 3", "expected u64"],
+            ["line 3", "expected a whole number"],
         ),
         (
             "base = \"fast\"\n[curriculum]\nphases.II.learner = { gama = 1 }",

@@ -78,7 +78,10 @@ pub enum FigureError {
         path: PathBuf,
     },
     /// The picture could not be written.
-    #[error("{path}: cannot write the picture: {cause}")]
+    #[error(
+        "cannot write the picture {}: {cause}; check the path, its permissions and the room on its disk",
+        path.display()
+    )]
     Write {
         /// The file.
         path: PathBuf,

@@ -66,7 +66,7 @@ pub enum SacError {
         value: f64,
     },
     /// A file could not be read or written.
-    #[error("cannot {action} `{}`: {source}{}", path.display(), file_remedy(source.kind()))]
+    #[error("cannot {action} `{}`: {source}{}", path.display(), file_remedy(action, source.kind()))]
     File {
         /// Read or write.
         action: &'static str,
@@ -90,11 +90,16 @@ pub enum SacError {
 }
 
 /// What to do about a file that cannot be read or written.
-fn file_remedy(kind: std::io::ErrorKind) -> &'static str {
-    use std::io::ErrorKind::{PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+fn file_remedy(action: &str, kind: std::io::ErrorKind) -> &'static str {
+    use std::io::ErrorKind::{
+        NotFound, PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull,
+    };
     match kind {
         StorageFull | QuotaExceeded => "; make room: a run goes on from its last checkpoint",
         PermissionDenied | ReadOnlyFilesystem => "; check who may read and write there",
-        _ => "",
+        NotFound if action == "read" => {
+            "; the checkpoint is incomplete: restore it from a copy, or begin a new run"
+        }
+        _ => "; check the path and its disk",
     }
 }

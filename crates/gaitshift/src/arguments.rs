@@ -28,8 +28,8 @@ const STYLES: Styles = Styles::styled()
 /// A biped with passive hips that walks, runs and changes gait on one command.
 ///
 /// One neural controller drives two linear actuators, one along each leg; the hips are passive. Its only
-/// command is ω_v, the weight of forward speed in the reward it was trained with: at 0 the body walks, at
-/// 3 it runs, and in between it changes gait.
+/// command is ω_v (in s/m), the weight of forward speed in the reward it was trained with: at 0 the body
+/// walks, at 3 it runs, and in between it changes gait.
 #[derive(Debug, Parser)]
 #[command(
     name = "gaitshift",
@@ -46,7 +46,7 @@ Start here:
   gaitshift reproduce --quick       the papers' claims beside its results, on one page
 
 Units are SI, angles in radians. Results go to standard output, progress and errors to standard error.
-Exit codes: 0 done, 1 failed, 2 bad input, 130 interrupted."
+Exit codes: 0 done, 1 failed or a criterion not met, 2 bad input, 130 interrupted."
 )]
 pub struct Arguments {
     /// What to do.
@@ -78,8 +78,8 @@ pub enum Command {
 /// Which controller.
 #[derive(Debug, Default, Args)]
 pub struct ControllerArguments {
-    /// Controller file, a run's folder for the best controller in it, or `robust`, which comes with the program as well
-    /// [default: the shipped controller]
+    /// Controller file, a run's folder (its best controller), or `shipped` or `robust`, which come with the program
+    /// [default: shipped]
     #[arg(long, value_name = "FILE|DIR|NAME")]
     pub controller: Option<PathBuf>,
 }

@@ -46,7 +46,8 @@ pub struct GroundArguments {
     #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = step)]
     pub step_down: Vec<TerrainStep>,
 
-    /// Uneven ground from 1 m on: every 0.25 m a height in m drawn between plus and minus this, joined by straight lines
+    /// Uneven ground from 1 m on: every 0.25 m a height drawn between plus and minus HEIGHT, in m or with its unit, as 1cm,
+    /// joined by straight lines
     #[arg(long, value_name = "HEIGHT", allow_negative_numbers = true, value_parser = height)]
     pub uneven: Option<f64>,
 }
@@ -78,7 +79,7 @@ pub struct ActuatorArguments {
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = latency)]
     pub latency: Option<f64>,
 
-    /// Share of their force that the actuators keep, 0 to 1; for one leg as right=0.5
+    /// Share of their force that the actuators keep, 0 to 1; for one leg right=0.5 or left=0.5; may be given several times
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, value_parser = weak)]
     pub weak: Vec<Weak>,
 }
@@ -109,8 +110,8 @@ pub struct ModelArguments {
     #[command(flatten)]
     pub ground: GroundArguments,
 
-    /// Ground and actuators from a file as `evaluate --disturbance` reads it, without noise and pushes; options override or
-    /// extend it
+    /// Ground and actuators from a file as for `evaluate --disturbance`; one with noise or pushes is refused; options override
+    /// it or are added to it
     #[arg(long, value_name = "FILE.toml")]
     pub disturbance: Option<PathBuf>,
 }
@@ -124,7 +125,8 @@ impl ModelArguments {
         };
         if d.noise != SensorNoise::default() || !d.pushes.is_empty() {
             return Err(Failure::input(format!(
-                "{}: MJCF cannot say `noise` and `pushes`; leave them out, and add them in the script that runs the model",
+                "{}: an MJCF model cannot hold `noise` or `pushes`; remove them from the file, and apply them in the script that runs \
+                 the model",
                 self.disturbance
                     .as_deref()
                     .unwrap_or(Path::new(""))
@@ -145,10 +147,10 @@ pub struct DisturbanceArguments {
     /// Noise on one observation of the controller, e.g. --noise theta_velocity=0.1; may be given several
     /// times, or as a list
     ///
-    /// NAME is x_velocity (forward speed of the hip), theta, theta_velocity (pitch of the trunk), phi,
-    /// phi_velocity (angle of a hip joint), h, h_velocity (thigh along the leg) or d_velocity (compression of
-    /// the leg); SD is its standard deviation in m/s, rad, rad/s or m. It is drawn anew in every control
-    /// period, separately for each leg.
+    /// NAME is x_velocity (forward speed of the hip, m/s), theta (pitch of the trunk, rad), theta_velocity (its rate, rad/s),
+    /// phi (angle of a hip joint, rad), phi_velocity (rad/s), h (displacement of the thigh along the leg, m), h_velocity
+    /// (m/s) or d_velocity (rate of the leg's compression, m/s); SD is the standard deviation in that unit. It is drawn anew
+    /// in every control period, for each leg separately.
     #[arg(long, value_name = "NAME=SD", value_delimiter = ',', value_parser = noise)]
     pub noise: Vec<Noise>,
 
@@ -180,7 +182,8 @@ push begins at this phase of the stride that begins with the right foot's first 
         long_help = "\
 Disturbances from a TOML file, which has more settings; options override it or are added to it
 
-A file with every setting:
+A file with every kind of setting (noise also: x_velocity_m_per_s, theta_rad, h_m, h_velocity_m_per_s, \
+phi_velocity_rad_per_s, d_velocity_m_per_s):
   latency_s = 0.02
   actuator_factor = [0.8, 1.0]                # right, left
   noise = { theta_velocity_rad_per_s = 0.1, phi_rad = 0.02 }
@@ -229,7 +232,16 @@ fn quantity(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
     let number = with_unit.or_else(|| text.parse().ok());
     number
         .filter(|value: &f64| value.is_finite())
-        .ok_or_else(|| format!("`{text}` is not a number"))
+        .ok_or_else(|| {
+            let units: Vec<&str> = units.iter().map(|(unit, _)| *unit).collect();
+            match units[..] {
+                [] => format!("`{text}` is not a number"),
+                _ => format!(
+                    "`{text}` is not a number, or not one in {}",
+                    units.join(" or ")
+                ),
+            }
+        })
 }
 
 /// What stands before and after the first of such a sign.
@@ -360,7 +372,10 @@ pub fn step(text: &str) -> Result<TerrainStep, String> {
     let (height, at) = around(text, '@');
     let height_m = metres(height)?;
     if !(0.0..=1.0).contains(&height_m) {
-        return Err("its height must be from 0 to 1 m".to_owned());
+        return Err(
+            "its height must be from 0 to 1 m; --step-up and --step-down give the direction"
+                .to_owned(),
+        );
     }
     Ok(TerrainStep {
         height_m,

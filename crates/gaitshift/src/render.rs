@@ -61,7 +61,7 @@ fn draw(a: &RenderArguments, places: &Places, recording: &Recording) -> Result<(
                 if places.animation.is_some() && a.stride_at_s.is_none() =>
             {
                 if let Failure::Input(message) = failure {
-                    output::note(&format!("no strobe picture: {message}"));
+                    output::note(&format!("no picture of a stride: {message}"));
                 }
             }
             Err(failure) => return Err(failure),
@@ -139,7 +139,8 @@ fn require_use(a: &RenderArguments, places: &Places) -> Result<(), Failure> {
     ]);
     let refuse = |options: &[String], what: &str, but: &str| {
         Err(Failure::input(format!(
-            "only {but} is drawn, so {} would say nothing: leave it out, or have {what} drawn by another --out",
+            "only {but} is drawn, so {} would have no effect: leave it out, or have {what} drawn too, by another --out or \
+             without --strobe",
             options.join(" and ")
         )))
     };

@@ -35,7 +35,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
         .jobs
         .map_or_else(|| default_jobs(&sweep), usize::from);
     if !arguments.table {
-        sweep.require_own(&folder).map_err(Failure::run)?;
+        sweep.require_own(&folder).map_err(Failure::input)?;
     }
     if arguments.dry_run {
         let interrupted = catch_interrupts("stopping")?;
@@ -55,7 +55,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
     }
     let table = sweep.table(&folder).map_err(Failure::run)?;
     if table.trials.is_empty() {
-        let none = format!("{}: no trial has been evaluated yet", folder.display());
+        let none = format!("{}: no run has been evaluated yet", folder.display());
         if arguments.table {
             return Err(Failure::input(format!(
                 "{none}; run the sweep without --table first"
@@ -98,7 +98,7 @@ pub fn train(
         .run(folder, jobs, command, observer)
         .map_err(Failure::run)?;
     output::note(&format!(
-        "{} trials finished now, {} before",
+        "{} runs finished now, {} before",
         report.finished, report.skipped
     ));
     for failed in &report.failed {
@@ -110,11 +110,11 @@ pub fn train(
     }
     match report.failed.len() {
         0 => Ok(()),
-        failed if failed == sweep.trials.len() => Err(Failure::run(format!(
-            "all {failed} trials failed, see above"
-        ))),
+        failed if failed == sweep.trials.len() => {
+            Err(Failure::run(format!("all {failed} runs failed, see above")))
+        }
         failed => Err(Failure::run(format!(
-            "{failed} of {} trials failed, see above; the others are finished, and with --table their table is written",
+            "{failed} of {} runs failed, see above; the others are finished, and with --table their table is written",
             sweep.trials.len()
         ))),
     }

@@ -115,7 +115,7 @@ fn range_beside(controller: &Path) -> [f64; 2] {
 fn show_run(folder: &Path) -> Result<Show, Failure> {
     if !folder.join("config.toml").exists() {
         return Err(Failure::input(format!(
-            "{} is not a run's folder: it has no config.toml; give a folder that `gaitshift train` wrote",
+            "{} is not a run's folder: it has no config.toml; give the folder of a run that `gaitshift train` began",
             folder.display()
         )));
     }

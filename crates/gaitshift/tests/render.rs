@@ -108,7 +108,7 @@ fn a_motion_without_a_stride_is_still_animated() {
     place.stdout("evaluate --omega-v 0 --duration-s 0.5 --out .");
     let output = place.output("render omega_v_0.csv --fps 5 --width 160");
     assert_eq!(output.status.code(), Some(0));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("no strobe picture"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no picture of a stride"));
     assert!(place.path("omega_v_0.gif").exists());
     place.refused(
         "render omega_v_0.csv --strobe",

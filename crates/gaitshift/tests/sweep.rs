@@ -51,7 +51,7 @@ fn a_sweep_leaves_runs_and_a_table_and_is_not_run_twice() {
     }
     let again = place.output("sweep tiny.toml");
     let said = String::from_utf8_lossy(&again.stderr);
-    assert!(said.contains("0 trials finished now, 2 before"), "{said}");
+    assert!(said.contains("0 runs finished now, 2 before"), "{said}");
     let markdown = String::from_utf8_lossy(&again.stdout);
     assert!(markdown.contains("| ice | 1 | 1 |"), "{markdown}");
 }
@@ -71,10 +71,10 @@ fn without_an_evaluation_there_is_no_table_and_no_error() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert!(
-        said.contains("2 trials finished now") && said.contains("no table"),
+        said.contains("2 runs finished now") && said.contains("no table"),
         "{said}"
     );
-    place.refused("sweep tiny.toml --table", &["no trial has been evaluated"]);
+    place.refused("sweep tiny.toml --table", &["no run has been evaluated"]);
     // It printed nothing.
     let table = place.json("sweep tiny.toml --json");
     assert_eq!(table["trials"].as_array().map(Vec::len), Some(0), "{table}");
@@ -174,6 +174,6 @@ fn bad_files_are_named() {
     place.write("tiny.toml", TINY);
     place.refused(
         "sweep tiny.toml --table",
-        &["no trial has been evaluated yet"],
+        &["no run has been evaluated yet"],
     );
 }

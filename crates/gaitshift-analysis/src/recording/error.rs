@@ -59,7 +59,7 @@ pub enum RecordingError {
         such_as: String,
     },
     /// The operating system refused.
-    #[error("cannot {action} the recording {}: {source}; check the path and its permissions", path.display())]
+    #[error("cannot {action} the recording {}: {source}; check the path, its permissions and the room on its disk", path.display())]
     Io {
         /// The file.
         path: PathBuf,
@@ -71,7 +71,7 @@ pub enum RecordingError {
     /// The file is something else.
     #[error(
         "{} is not a recording: {reason}; recordings are the CSV files that `gaitshift evaluate` and \
-         `gaitshift transition` write",
+         `gaitshift transition` write; docs/formats.md has the format for other simulators",
         path.display()
     )]
     Foreign {

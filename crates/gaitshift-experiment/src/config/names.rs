@@ -134,6 +134,15 @@ pub(super) fn elsewhere(unknown: &str) -> Vec<String> {
     same
 }
 
+/// What a parser expects, in words of people who do not know Rust.
+const PLAIN: [(&str, &str); 5] = [
+    ("expected f64", "expected a number"),
+    ("expected f32", "expected a number"),
+    ("expected usize", "expected a whole number, 0 or greater"),
+    ("expected u64", "expected a whole number, 0 or greater"),
+    ("expected u32", "expected a whole number, 0 or greater"),
+];
+
 /// A parser's message of an unknown name, with what has become of it or the nearest known name instead of the list of
 /// all, if it is a name of earlier versions or one is near.
 pub fn did_you_mean(message: &str) -> String {
@@ -167,5 +176,11 @@ pub fn did_you_mean(message: &str) -> String {
         }
         (!names.is_empty()).then(|| format!("{what}; {}{rest}", question(&names)))
     };
-    near().unwrap_or_else(|| message.to_owned())
+    near().unwrap_or_else(|| {
+        PLAIN
+            .iter()
+            .fold(message.to_owned(), |text, (rust, plain)| {
+                text.replace(rust, plain)
+            })
+    })
 }

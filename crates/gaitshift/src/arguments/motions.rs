@@ -8,7 +8,7 @@ use crate::disturb::DisturbanceArguments;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
-/// Shows a controller walk, run and change gait: a table, an animation and figures.
+/// Shows a controller walk, run and change gait: a table, an animation and figures
 ///
 /// Writes into the folder given by --out:
 ///   walk-run-walk.gif        the body walks, runs and walks again
@@ -33,10 +33,10 @@ pub struct DemoArguments {
 /// Measures what a controller does under constant commands.
 ///
 /// One motion per command, one row per motion. After the settling time each motion is described by its
-/// gait (standing, walking, running, mixed or fallen), speed, Froude number v/√(g l), shares of time in
-/// double support, single support and flight, cost of transport, step frequency and step length. In a walk
-/// steps alternate and have double support and no flight; in a run they have flight and no double
-/// support. A step lasts from one touchdown to the next.
+/// gait (standing, walking, running, mixed or fallen), speed, Froude number v/√(g l) with the leg length l, shares of
+/// time in double support, single support and flight, cost of transport (positive work of both actuators over weight
+/// times distance), steps per second and step length (way of the hip per step). In a walk steps alternate and have double
+/// support and no flight; in a run they have flight and no double support. A step lasts from one touchdown to the next.
 ///
 /// With --json, standard output is {"rows": [{"omega_v", "survived_s", "fell", "gait", "speed_m_per_s",
 /// "froude", "double_support", "single_support", "flight", "cost_of_transport", "step_frequency_hz",
@@ -61,7 +61,7 @@ pub struct EvaluateArguments {
     #[command(flatten)]
     pub subject: SubjectArguments,
 
-    /// Random start, drawn with this seed, or one with each of several seeds, e.g. 1..12 or 1,4,7
+    /// Random starts, one drawn with each of these seeds, e.g. 7, 1,4,7 or 1..12
     /// [default: the default start, always the same]
     ///
     /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
@@ -71,7 +71,7 @@ pub struct EvaluateArguments {
     #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_delimiter = ',', value_parser = seeds)]
     pub seed: Vec<Seeds>,
 
-    /// Commands ω_v, separated by commas, each from -100 to 100; FIRST:LAST:STEP is a range; training uses -0.5 to 3.5
+    /// Commands ω_v in s/m, separated by commas, each from -100 to 100; FIRST:LAST:STEP is a range; training uses -0.5 to 3.5
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true,
           default_value = "0:3.5:0.5", value_parser = commands)]
     pub omega_v: Vec<Commands>,
@@ -83,7 +83,7 @@ pub struct EvaluateArguments {
     #[arg(long, value_name = "FILE.csv", conflicts_with = "omega_v")]
     pub command_profile: Option<PathBuf>,
 
-    /// Duration of each motion in s, 0.1 to 3600 [default: 20; 5 s beyond the end of a longer profile]
+    /// Duration of each motion in s, 0.1 to 3600 [default: 20, or 5 s beyond the end of a profile if that is later]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = duration_s)]
     pub duration_s: Option<f64>,
 
@@ -97,11 +97,12 @@ pub struct EvaluateArguments {
     /// the run of --controller DIR, otherwise 39 after the paper: 20 s without a fall at each ω_v from 0 to 3.5,
     /// a walk at 0 and a run at 3, speeds, costs of transport, energy correlations, and changes of gait from
     /// ten phases of the stride both ways. All of it is measured from random starts where --seed asks for
-    /// them.
+    /// them. The criteria say which motions are made: options that choose motions, and disturbances, do not go with them.
     #[arg(long, value_name = "FILE.toml", num_args = 0..=1, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "out"])]
     pub criteria: Option<Option<PathBuf>>,
 
-    /// Folder for the recordings (CSV) and a figure of all commands (SVG, PNG) [default: none written]
+    /// Folder for the recordings (omega_v_3.csv and so on) and a figure of all commands (sweep.svg, .png); files of the
+    /// same names are replaced [default: none written]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 
@@ -117,9 +118,10 @@ pub struct EvaluateArguments {
 /// Changes the command during a motion and shows how the gait changes.
 ///
 /// By default ω_v rises from 0 (walking) to 3 (running) in 0.4 s. The steady motion before the ramp is
-/// compared with that after it, each without its first 5 s (at most half of it). `steps_to_change` counts
-/// the touchdowns from the start of the ramp up to the one that begins the first step from which on every
-/// step is of the new gait. For a profile with several changes, `changes` has the steps of each.
+/// compared with that after it, each without its first 5 s (at most half of it). `steps_to_change` is the
+/// number of the touchdown, counted from the start of the ramp, after which every step is of the new gait; null
+/// unless a walk became a run or a run a walk. For a profile with several changes, `changes` has this for each;
+/// those less than 4 s apart count as one.
 ///
 /// Writes a figure like the paper's Fig. 3 (energies and speed against time, support
 /// phases shaded, the ramp hatched) and the recording. With --json, standard output is one JSON object,
@@ -196,10 +198,11 @@ pub struct TransitionArguments {
 /// Measures what a controller withstands: pushes, steps, slopes, noise, latency.
 ///
 /// Finds, from several random starts after settling under the command, the largest push forward, backward, up
-/// and down at each phase of the stride, the highest step up and down, the steepest slope up and down, the
-/// largest noise of each observation and the longest latency without a fall. Each disturbance grows by a
-/// quarter until one is not withstood, then the gap is halved twice. One table gives the median, least and
-/// greatest over the starts for each command; sizes are in N s (force times 0.1 s), m, rad, m/s, rad/s, s.
+/// and down at each of eight phases of the stride, the highest step up and down (the body has to get 3 m beyond it), the
+/// steepest slope up and down (5 m along it), the largest noise of each observation and the longest latency without a
+/// fall. Each disturbance grows by a quarter (with --quick by 60 %), at most to 128 times its first size, until one is
+/// not withstood, then the gap is halved twice. One table gives the median, least and greatest over the starts for each
+/// command; sizes are in N s (force times 0.1 s), m, rad, m/s, rad/s, s.
 ///
 /// Writes the table (stress.json) and a figure of it (SVG, PNG). With --json, standard output is one JSON object, {"limits":
 /// [{"omega_v", "disturbance", "which", "phase", "unit", "limits", "least", "median", "greatest", "greatest_tried"}], "plan",
@@ -216,11 +219,12 @@ pub struct StressArguments {
     #[command(flatten)]
     pub subject: SubjectArguments,
 
-    /// Commands ω_v, separated by commas; FIRST:LAST:STEP is a range [default: 0,1,2,3; 0,3 with --quick]
+    /// Commands ω_v in s/m, separated by commas, each from -100 to 100; FIRST:LAST:STEP is a range
+    /// [default: 0,1,2,3; 0,3 with --quick]
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = commands)]
     pub omega_v: Vec<Commands>,
 
-    /// Seeds of the starts, e.g. 1..12 or 1,4,7 [default: 1..8; 1..3 with --quick]
+    /// Random starts, one drawn with each of these seeds, e.g. 1..12 or 1,4,7 [default: 1..8; 1..3 with --quick]
     #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_delimiter = ',', value_parser = seeds)]
     pub seed: Vec<Seeds>,
 
@@ -246,8 +250,8 @@ pub struct StressArguments {
 /// Each is a controller file, a run's folder (its best controller and its training curve), a recording (CSV),
 /// or `shipped` or `robust`, which come with the program. Controllers are measured at every command; recordings are analysed as they are. One
 /// table has a row for each command and name. The folder of --out gets a figure of all controllers over the
-/// range of their command (sweep) and, for runs, the criteria met during training (learning) and by the best
-/// controllers (table). Runs of one experiment with different seeds share one curve, and one row with an
+/// range of their command (sweep.svg, .png) and, for runs, the criteria met during training (learning.svg, .png) and by
+/// the best controllers (table.svg, .png, .md, .json). Runs of one experiment with different seeds share one curve, and one row with an
 /// interval over the seeds.
 ///
 /// With --json, standard output is {"rows": [{"name", "omega_v", ...}], "runs": [{"name", "experiment", "seed", ...}],
@@ -270,12 +274,12 @@ pub struct CompareArguments {
     #[command(flatten)]
     pub changes: ChangeArguments,
 
-    /// Commands ω_v, separated by commas, each from -100 to 100; FIRST:LAST:STEP is a range
+    /// Commands ω_v in s/m, separated by commas, each from -100 to 100; FIRST:LAST:STEP is a range
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true,
           default_value = "0:3.5:0.5", value_parser = commands)]
     pub omega_v: Vec<Commands>,
 
-    /// Draw the starts at random with these seeds, e.g. 1..12 [default: the default start]
+    /// Random starts, one drawn with each of these seeds, e.g. 1..12 or 1,4,7 [default: the default start]
     #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_delimiter = ',', value_parser = seeds)]
     pub seed: Vec<Seeds>,
 
@@ -324,12 +328,13 @@ Examples:
   gaitshift reproduce --learner fast --out out/quick-study
   gaitshift reproduce --jobs 2 --out out/study")]
 pub struct ReproduceArguments {
-    /// Train nothing: the page for the shipped controller and recorded runs, with coarser steps
+    /// Train nothing: the page for the shipped controller and recorded runs, with coarser steps of the command and fewer
+    /// starts
     #[arg(long, conflicts_with_all = ["dry_run", "jobs", "learner"])]
     pub quick: bool,
 
-    /// How the experiments learn: as in the papers (one update per step), or as the recipe `fast` does (one update
-    /// per 16 steps of 32 environments, mirrored batches); reward, α, γ, commands and phases are the papers' either way
+    /// How the experiments learn: as in the papers (one update per step), or as the recipe `fast` does (32 bodies simulated
+    /// together, one update per 16 of their steps in all, mirrored batches); reward, α, γ, commands and phases are the papers' either way
     #[arg(long, value_enum, value_name = "NAME", default_value = "papers")]
     pub learner: LearnerName,
 
@@ -352,8 +357,8 @@ pub struct ReproduceArguments {
 /// Claims with verdicts, numbers beside human values, and figures: changes of gait (Fig. 3), returns over
 /// training (Fig. 4) where a run's folder has them, energies and poses over a stride, everything against the
 /// command, the change of gait as a bifurcation, where energy goes, ground reaction forces, steps in the
-/// ground, sensor noise. Runs of one experiment count as its seeds and are shown together, with intervals; the first
-/// has figures. What is measured of a run is kept in its folder and used again while controller and program are the same.
+/// ground, sensor noise. Runs of one experiment with different seeds are shown together, with intervals; only the first of
+/// them has figures of its own. What is measured of a run is kept in its folder and used again while controller and program are the same.
 ///
 /// Into the folder of --out: report.html (one self-contained file, also for print), figures/ (each as SVG and PNG, its
 /// numbers as CSV and JSON), claims.csv, numbers.csv and report.json. The same controllers give the same bytes.

@@ -49,7 +49,8 @@ pub struct RenderArguments {
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
     pub to_s: Option<f64>,
 
-    /// Frames of the animation per second: 1 to 50 for a GIF, 1 to 240 for films and frames [default: 25, and 60]
+    /// Frames of the animation per second: 1 to 50 for a GIF, 1 to 240 for films and frames [default: 25
+    /// for a GIF, otherwise 60]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = number)]
     pub fps: Option<f64>,
 
@@ -57,7 +58,8 @@ pub struct RenderArguments {
     #[arg(long, value_name = "TIMES", allow_negative_numbers = true, value_parser = number)]
     pub slow_motion: Option<f64>,
 
-    /// Width of the animation in pixels, 160 to 1920; for films and frames up to 3840, a multiple of 16; the height is five eighths [default: 640]
+    /// Width of the animation in pixels: 160 to 1920 for a GIF, 160 to 3840 for films and frames, there rounded to a
+    /// multiple of 16; the height is five eighths of it [default: 640]
     #[arg(long, value_name = "PX", allow_negative_numbers = true)]
     pub width: Option<u32>,
 
@@ -82,8 +84,8 @@ pub struct RenderArguments {
 /// and a click on one runs its controller. With a recording, the page plays it, like the page of `gaitshift
 /// export html`.
 ///
-/// The page comes from this program and fetches nothing. It is served until the program is stopped (Ctrl-C), on the
-/// loopback address: only programs on this machine can reach it.
+/// The page comes from this program and fetches nothing. It is served until the program is stopped (Ctrl-C).
+/// Unless --listen says otherwise, only programs on this machine can reach it.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -97,7 +99,8 @@ pub struct ViewArguments {
     #[arg(value_name = "RUN|RECORDING.csv", conflicts_with_all = ["controller", "body", "seed"])]
     pub what: Option<PathBuf>,
 
-    /// Controller file, run's folder, or `robust` [default: the shipped controller]; given twice, two bipeds side by side
+    /// Controller file, a run's folder (its best controller), or `shipped` or `robust`, which come with the program
+    /// [default: shipped]; given twice, two bipeds side by side
     #[arg(long, value_name = "FILE|DIR|NAME")]
     pub controller: Vec<PathBuf>,
 
@@ -113,7 +116,7 @@ pub struct ViewArguments {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub port: Option<u16>,
 
-    /// Address to listen on; with any other than the default, other machines can see and move the biped
+    /// Address to listen on; with one that is not 127.0.0.1 or ::1, other machines can see and move the biped
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     pub listen: std::net::IpAddr,
 
@@ -137,7 +140,7 @@ Examples:
   gaitshift analyse out/seed-7/omega_v_3.csv
   gaitshift analyse --transition --json out/transition/recording.csv")]
 pub struct AnalyseArguments {
-    /// Recordings (CSV), one row each
+    /// Recordings (CSV, in the format of docs/formats.md), one row each
     #[arg(value_name = "RECORDING.csv", required = true)]
     pub recordings: Vec<PathBuf>,
 

@@ -9,11 +9,12 @@ use std::path::PathBuf;
 ///
 /// A run is described by one TOML file: body, task, curriculum, learner. Recipes that come with the program:
 /// `fast` (the default), `robust` (the same, then other bodies, ground, pushes and delays), `paper` (schedule
-/// and settings of the paper, 10 million steps) and `journal` (those of its journal version). A file of your own needs only the differences from the recipe that its key `base`
-/// names; an unknown key is an error.
+/// and settings of the paper, 10 million steps) and `journal` (those of its journal version). A file of your own needs
+/// only the differences from the recipe or file that its key `base` names (`paper` if it has no `base`); an unknown key is
+/// an error.
 ///
-/// Every few hundred thousand steps the controller is evaluated without noise at all commands and changes
-/// of gait, so that you see when it first walks and runs. Ctrl-C writes a checkpoint and stops; so do SIGTERM and
+/// Every 250,000 steps (`journal`: 50,000) the controller is evaluated without noise at all commands and changes of gait,
+/// so that you see when it first walks and runs. Ctrl-C writes a checkpoint and stops; so do SIGTERM and
 /// SIGUSR1, with which batch systems end a job.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
@@ -22,7 +23,8 @@ The folder of a run:
   controller.safetensors    the best controller so far; needs no other file
   controller-accepted.safetensors  the first that met every criterion, if there is one
   controller-last.safetensors      the one at the last checkpoint
-  controller-walk.safetensors      the walk that is rehearsed, where a phase rehearses one
+  controller-walk.safetensors      the walk that later phases rehearse so that it is kept, if there are any
+  controllers/              every controller that was evaluated, by its step
   metrics.csv, events.out.tfevents.*   progress of training, also for `tensorboard --logdir runs`
   episodes.csv, returns.svg, .png      every episode, and their returns as a figure
   evaluations.jsonl         every evaluation in full, one JSON object per line
@@ -87,7 +89,8 @@ pub struct TrainArguments {
 
     /// Resume the run in this folder from its last checkpoint
     ///
-    /// It ends with the same controller as if it had not been stopped.
+    /// It ends with the same controller as if it had not been stopped. What was edited in its config.toml meanwhile holds
+    /// from there on; an edit of what the checkpoint fixes, such as seed, body, learner or criteria, is an error.
     #[arg(long, value_name = "DIR", conflicts_with = "experiment")]
     pub resume: Option<PathBuf>,
 
@@ -96,9 +99,10 @@ pub struct TrainArguments {
           value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
 
-    /// Stop at about this environment step, with a checkpoint to resume from [default: the curriculum's end]
+    /// Stop after about this many steps, with a checkpoint to resume from [default: the end of the last phase]
     ///
-    /// The curriculum stays as it is. Checked every 2000 steps.
+    /// A step is one control period of one simulated body. The phases of the training stay as they are. Checked every 2000
+    /// steps.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..))]
     pub steps: Option<u64>,
 
@@ -121,8 +125,8 @@ pub struct TrainArguments {
 /// random from ranges. Each is trained with each seed, in a folder of its own. Ctrl-C writes checkpoints and
 /// stops; the same command continues from them, and finished runs are not repeated. At the end, and with
 /// --table at any time, a table gives for each variant the results over its seeds, with intervals, and the
-/// difference from the first variant: table.md, table.json and a figure of all runs, table.svg and .png, in
-/// the sweep's folder.
+/// difference from the first variant (settings drawn at random have none; the best stand first): table.md,
+/// table.json and a figure of all runs, table.svg and .png, in the sweep's folder.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
@@ -171,10 +175,10 @@ pub struct SweepArguments {
           value_parser = clap::value_parser!(u16).range(1..=256))]
     pub jobs: Option<u16>,
 
-    /// Run only every N-th trial, starting with the K-th: several machines that share the folder run a sweep
+    /// Do only every N-th run, starting with the K-th, so that several machines that share the folder do a sweep
     /// together
     ///
-    /// With --table the table has all trials.
+    /// With --table the table has all runs.
     #[arg(long, value_name = "K/N", value_parser = part, conflicts_with = "dry_run")]
     pub part: Option<Part>,
 
@@ -193,14 +197,14 @@ pub struct SweepArguments {
 
 /// Lets a controller learn to withstand pushes that it falls from.
 ///
-/// In every round its motions are pushed at random. Where it falls, a search looks for offsets to its commands with which it does not
-/// (the cross-entropy method, with full knowledge of the motion); then it is fitted to what was done with them, and to what it did
-/// before in motions undisturbed and disturbed, so that it keeps its gaits. No reward takes part. A round takes half a minute to a
-/// few minutes.
+/// In every round its motions are pushed at random. Where the body falls, a search tries corrections to the actuators'
+/// commands until one keeps it up (the cross-entropy method, which may simulate the push as often as it likes). The
+/// controller is then fitted to the corrected motions, and to what it did before in undisturbed and disturbed motions, so
+/// that it keeps its gaits. No reward is used. A round takes half a minute to a few minutes.
 ///
-/// The best controller is the one that withstands most of 128 other pushes, of those that meet at least as many criteria as
-/// before. Ctrl-C stops after the round; the same command goes on, and with more --rounds it goes further. The result does not depend on
-/// either.
+/// A push is withstood if the body stays up for 8 s. Each round's controller is tried on the same 128 other pushes; the best
+/// is the one that withstands most of them and meets at least as many of the default 39 criteria as the first did. Ctrl-C
+/// stops after the round. The same command continues, also with more --rounds; the result is the same as without a stop.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 The folder:
@@ -210,7 +214,7 @@ The folder:
   state.safetensors            everything needed to go on
 
 With --json, standard output is {\"folder\", \"controller\", \"plan\", \"rounds\": [{\"round\", \"alone\", \"found\", \"withstood\",
-\"compared\", \"met\", \"criteria\", \"best\", ...}]}, the controller as it was first.
+\"compared\", \"met\", \"criteria\", \"best\", ...}]}; round 0 is the controller as it was.
 
 Examples:
   gaitshift harden --controller robust
@@ -225,18 +229,20 @@ pub struct HardenArguments {
     #[command(flatten)]
     pub which: ControllerArguments,
 
-    /// Commands ω_v at which it is pushed, separated by commas; FIRST:LAST:STEP is a range [default: 0]
+    /// Commands ω_v in s/m at which it is pushed, separated by commas, each from -100 to 100; FIRST:LAST:STEP is a range
+    /// [default: 0]
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = commands)]
     pub omega_v: Vec<Commands>,
 
-    /// Ranges of the push's impulse in N s, FROM:TO separated by commas, each as likely; less than 0 is backward
+    /// Ranges of the push's impulse in N s, -1000 to 1000, FROM:TO separated by commas, all equally likely; negative is
+    /// backward
     /// [default: 20:36,-36:-20]
     ///
     /// A push is a force on the hip for 0.1 s, so that 30 N s are 300 N.
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = impulse)]
     pub impulse: Vec<[f64; 2]>,
 
-    /// Rounds in all, with those of an earlier call
+    /// Rounds in all, those of earlier calls included
     #[arg(
         long,
         value_name = "N",
@@ -245,7 +251,7 @@ pub struct HardenArguments {
     )]
     pub rounds: usize,
 
-    /// Pushes in a round
+    /// Pushes in a round, 1 to 10000
     #[arg(
         long,
         value_name = "N",
