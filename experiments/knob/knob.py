@@ -31,7 +31,8 @@ def on_stairs(controller: gaitshift.Controller, commands: list[float], hold_s: f
     period_s = controller.control_period_s
     rows: list[dict] = []
     while len(rows) < len(commands):
-        rest = commands[len(rows) :]
+        # A recording lasts an hour at most; then the next begins.
+        rest = commands[len(rows) :][: max(1, int(3600 // hold_s))]
         profile = []
         for k, omega_v in enumerate(rest):
             profile += [(k * hold_s, omega_v), ((k + 1) * hold_s - period_s, omega_v)]

@@ -138,7 +138,7 @@ pub struct HardeningRound {
     /// Their number.
     pub criteria: usize,
     /// Whether it is the best so far: it meets at least as many criteria as the controller did at first, and withstands more than
-    /// any before.
+    /// any best one before.
     pub best: bool,
     /// Wall-clock so far, in s.
     pub elapsed_s: f64,
@@ -207,7 +207,10 @@ impl Hardening {
             alone: Vec::new(),
             rounds: Vec::new(),
         };
-        if !hardening.restore()? {
+        if hardening.restore()? {
+            // A kill may have come between the state and what is made of it.
+            hardening.publish()?;
+        } else {
             hardening.require_empty()?;
             hardening.finish(HardeningRound::default(), Instant::now())?;
         }
@@ -358,12 +361,17 @@ impl Hardening {
         round.best = round.met >= met_at_first && most.is_none_or(|most| round.withstood > most);
         let earlier_s = self.rounds.last().map_or(0.0, |last| last.elapsed_s);
         round.elapsed_s = earlier_s + clock.elapsed().as_secs_f64();
-        let best = round.best;
         self.rounds.push(round);
         // The state first: what is made from it can be made again.
         self.save()?;
+        self.publish()
+    }
+
+    /// Writes what others read of the state: the last round's controller, which may be the best, and the rounds.
+    fn publish(&self) -> Result<(), TrainingError> {
+        let controller = self.controller();
         controller.write(&self.folder.join("controller-last.safetensors"))?;
-        if best {
+        if self.rounds.last().is_some_and(|last| last.best) {
             controller.write(&self.best_path())?;
         }
         let mut lines = String::new();

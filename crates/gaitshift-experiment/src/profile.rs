@@ -108,7 +108,7 @@ impl CommandProfile {
         changes
     }
 
-    /// The text of the CSV file that [`CommandProfile::read_csv`] reads back to the same bits.
+    /// The text of the CSV file that [`CommandProfile::read_csv`] reads back to the same bits, unless the profile has a jump.
     pub fn to_csv(&self) -> String {
         let mut text = String::from("time_s,omega_v\n");
         for (time_s, omega_v) in &self.points {

@@ -232,7 +232,10 @@ impl RunFolder {
         for name in BEST {
             let file = self.file(name);
             if file.exists() {
-                fs::copy(&file, self.pending(name)).map_err(io_error(&file))?;
+                // Not its permissions: one that is protected must not stop the training.
+                let content = fs::read(&file).map_err(io_error(&file))?;
+                let kept = self.pending(name);
+                fs::write(&kept, content).map_err(io_error(&kept))?;
             }
         }
         Ok(())

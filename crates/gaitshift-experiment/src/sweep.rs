@@ -190,7 +190,9 @@ impl Sweep {
             }
         };
         let folders: Vec<String> = entries.iter().map(|v| folder_name(&v.name)).collect();
-        if let Some(name) = repeated(&folders) {
+        // Some file systems take upper and lower case for the same.
+        let alike: Vec<String> = folders.iter().map(|name| name.to_lowercase()).collect();
+        if let Some(name) = repeated(&alike) {
             return Err(wrong(format!(
                 "two variants have the folder name `{name}`; give them different names"
             )));

@@ -39,6 +39,9 @@ const REPORT_INTERVAL_STEPS: u64 = 2_000;
 /// The best walk so far, kept to be rehearsed.
 const WALK_FILE: &str = "controller-walk.safetensors";
 
+/// Steps after which a task that has not yet given a single valid transition is taken to be at fault.
+const PATIENCE: u64 = 10_000;
+
 /// Is told how training goes, and may stop it.
 pub trait Observer {
     /// Called every few thousand steps.
@@ -124,11 +127,13 @@ impl Training {
         training.warm_start()?;
         training.folder.create()?;
         training._lock = training.folder.lock()?;
-        // From here on a kill loses nothing that `resume` would need.
-        training.checkpoint(LogLengths::new())?;
+        // From here on a kill loses nothing that `resume` would need. Whatever else is written comes after the configuration, by
+        // which a folder holds a run.
+        training.write_checkpoint(LogLengths::new())?;
+        training.folder.write_config(&training.configuration()?)?;
+        training.write_last()?;
         // The clock of the run starts with `run`.
         training.counters.parts = Parts::default();
-        training.folder.write_config(&training.configuration()?)?;
         Ok(training)
     }
 
@@ -168,6 +173,9 @@ impl Training {
             learner_mirror(e),
             e.seed,
         )?;
+        if e.curriculum.rehearsal_start().is_some() {
+            agent.require_rehearsal_rows(e.training.rehearsal.rows)?;
+        }
         let count = e.training.environments;
         let replay = ReplayBuffer::new(
             e.training.replay_capacity,
@@ -429,7 +437,9 @@ impl Training {
     /// As many updates as the steps since the last ones have earned.
     fn learn(&mut self) -> Result<(), TrainingError> {
         let t = &self.experiment.training;
-        if self.counters.step < t.learning_starts {
+        // A task may be undefined for the first steps; where nothing comes for long, the update says so.
+        let nothing_yet = self.replay.valid_len() == 0 && self.counters.step < t.learning_starts.saturating_add(PATIENCE);
+        if self.counters.step < t.learning_starts || nothing_yet {
             self.counters.update_credit = 0;
             return Ok(());
         }

@@ -72,6 +72,21 @@ fn stopped_and_continued_with_other_threads_it_is_the_same() {
     assert_eq!(lines.lines().count(), 3);
 }
 
+// What went wrong: after a kill between the state and the files made of it, the best controller was never written.
+#[test]
+fn what_a_kill_kept_from_being_written_is_written_by_the_next_call() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = ["controller.safetensors", "controller-last.safetensors", "rounds.jsonl"];
+    begin(plan(), folder.path(), 2);
+    let read = || made.map(|name| std::fs::read(folder.path().join(name)).unwrap());
+    let before = read();
+    for name in made {
+        std::fs::remove_file(folder.path().join(name)).unwrap();
+    }
+    begin(plan(), folder.path(), 2);
+    assert!(read() == before);
+}
+
 #[test]
 fn what_the_folder_holds_of_something_else_stays() {
     let folder = tempfile::tempdir().unwrap();

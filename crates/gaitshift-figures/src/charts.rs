@@ -4,7 +4,7 @@ use gaitshift_analysis::support::{PhaseInterval, SupportPhase};
 
 use crate::canvas::{Anchor, Canvas, Ink, Paint, Point, Rect, TextStyle};
 use crate::chart::{Axis, Panel};
-use crate::raster::text_width;
+use crate::raster::{fitting, text_width};
 use crate::style::{LABEL, QUIET, SERIES, SMALL, TEXT, TITLE, WHITE};
 use crate::support;
 use crate::{Figure, FigureError};
@@ -354,6 +354,8 @@ struct Legend<'a> {
     looks: &'a Looks,
     falls: bool,
     phases: bool,
+    /// The names of the series, as far as they fit.
+    names: Vec<String>,
     /// Position of each entry relative to the legend's first base line.
     places: Vec<Point>,
     height: f64,
@@ -369,14 +371,16 @@ impl<'a> Legend<'a> {
         let falls = charts.iter().any(|chart| strip_height(chart) > 0.0);
         let (mut x, mut y) = (0.0, 0.0);
         let mut places = Vec::new();
-        let mut names: Vec<&str> = looks.names.iter().map(|(name, _)| name.as_str()).collect();
+        let fit = |(name, _): &(String, Drawn)| fitting(name, SMALL, width - Self::SWATCH);
+        let names: Vec<String> = looks.names.iter().map(fit).collect();
+        let mut entries: Vec<&str> = names.iter().map(String::as_str).collect();
         if falls {
-            names.push(Self::FELL);
+            entries.push(Self::FELL);
         }
         if phases {
-            names.extend(support::PHASES.map(support::name));
+            entries.extend(support::PHASES.map(support::name));
         }
-        for name in names {
+        for name in entries {
             let entry = Self::SWATCH + text_width(name, SMALL);
             if x > 0.0 && x + entry > width {
                 (x, y) = (0.0, y + Self::ROW);
@@ -389,15 +393,16 @@ impl<'a> Legend<'a> {
             falls,
             phases,
             height: y + Self::ROW,
+            names,
             places,
         }
     }
 
     fn draw(&self, canvas: &mut Canvas, left: f64) {
         let base = 14.0;
-        let names = self.looks.names.iter();
+        let names = self.names.iter().zip(&self.looks.names);
         let mut places = self.places.iter().map(|(x, y)| (left + x, base + y));
-        for (index, ((name, drawn), (x, y))) in names.zip(&mut places).enumerate() {
+        for (index, ((name, (_, drawn)), (x, y))) in names.zip(&mut places).enumerate() {
             let middle = y - 4.0;
             if *drawn != Drawn::Marks {
                 canvas.line((x, middle), (x + 23.0, middle), self.looks.line(index, 1.5));

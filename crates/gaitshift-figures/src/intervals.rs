@@ -2,7 +2,7 @@
 
 use crate::canvas::{Canvas, Paint, Rect};
 use crate::chart::{Axis, Panel};
-use crate::raster::text_width;
+use crate::raster::{fitting, text_width};
 use crate::style::{LABEL, QUIET, SERIES, SMALL, TITLE};
 use crate::{Figure, FigureError};
 
@@ -65,19 +65,26 @@ pub fn intervals_figure(
     let left = 46.0;
     let columns = panels.len().min(COLUMNS);
     let rows = panels.len().div_ceil(COLUMNS);
-    let sheet = (
-        left + columns as f64 * (width + gap.0) - gap.0 + 14.0,
-        35.0 + ROW + rows as f64 * (height + gap.1),
-    );
-    let mut canvas = Canvas::new(sheet.0, sheet.1);
-    let mut x = left;
-    for (name, ink) in series.iter().zip(SERIES.into_iter().cycle()) {
-        canvas.circle((x + 6.0, 15.0), 3.5, Paint::fill(ink));
-        canvas.text((x + 16.0, 19.0), name, LABEL);
-        x += 32.0 + text_width(name, SMALL);
+    let sheet_width = left + columns as f64 * (width + gap.0) - gap.0 + 14.0;
+    let (mut x, mut base) = (left, 19.0);
+    let mut legend = Vec::new();
+    for name in series {
+        let name = fitting(name, SMALL, sheet_width - left - 32.0);
+        let entry = 32.0 + text_width(&name, SMALL);
+        if x > left && x + entry > sheet_width {
+            (x, base) = (left, base + ROW);
+        }
+        legend.push((name, (x, base)));
+        x += entry;
+    }
+    let top = base + 16.0 + ROW;
+    let mut canvas = Canvas::new(sheet_width, top + rows as f64 * (height + gap.1));
+    for ((name, (x, base)), ink) in legend.iter().zip(SERIES.into_iter().cycle()) {
+        canvas.circle((x + 6.0, base - 4.0), 3.5, Paint::fill(ink));
+        canvas.text((x + 16.0, *base), name, LABEL);
     }
     canvas.text(
-        (left, 19.0 + ROW),
+        (left, base + ROW),
         "dots: median over the starts; lines: least to greatest",
         LABEL,
     );
@@ -85,7 +92,7 @@ pub fn intervals_figure(
         let place = ((k % COLUMNS) as f64, (k / COLUMNS) as f64);
         let area = Rect::new(
             left + place.0 * (width + gap.0),
-            35.0 + ROW + 8.0 + place.1 * (height + gap.1),
+            top + 8.0 + place.1 * (height + gap.1),
             width,
             height,
         );
@@ -110,7 +117,8 @@ fn draw(canvas: &mut Canvas, area: Rect, panel: &IntervalPanel) {
         let mut own: Vec<_> = points.iter().filter(|p| p.series == series).collect();
         own.sort_by(|a, b| a.x.total_cmp(&b.x));
         // Ranges of several series at one place stand beside each other.
-        let shift = 3.0 * (series as f64 - 0.5 * last as f64);
+        let apart = 3.0_f64.min(14.0 / last.max(1) as f64);
+        let shift = apart * (series as f64 - 0.5 * last as f64);
         let shared = points
             .iter()
             .any(|p| p.series != series && own.iter().any(|o| o.x == p.x));

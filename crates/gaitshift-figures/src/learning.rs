@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use crate::canvas::{Canvas, Ink, Paint, Rect};
 use crate::chart::{Axis, Panel};
 use crate::charts::COLUMN_WIDTH;
-use crate::style::{LABEL, SERIES, TEXT};
+use crate::raster::fitting;
+use crate::style::{LABEL, SERIES, SMALL, TEXT};
 use crate::{Figure, FigureError};
 
 /// Colours of the command from low to high: dark blue over green to yellow, in rising lightness, after
@@ -196,7 +197,7 @@ pub fn learning_curves_figure(
             1 => group.label.clone(),
             several => format!("{}, mean and range of {several} runs", group.label),
         };
-        canvas.text((82.0, base), &runs, LABEL);
+        canvas.text((82.0, base), &fitting(&runs, SMALL, 412.0), LABEL);
     }
     panel.frame(&mut canvas, true);
     panel.x_title(&mut canvas, "steps (millions)");

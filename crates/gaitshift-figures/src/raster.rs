@@ -71,3 +71,15 @@ fn parse(svg: &str) -> Result<usvg::Tree, FigureError> {
         cause: cause.to_string(),
     })
 }
+
+/// The text, or as much of its beginning as fits into this width, in user units.
+pub(crate) fn fitting(text: &str, size: f64, widest: f64) -> String {
+    if text_width(text, size) <= widest {
+        return text.to_owned();
+    }
+    let mut short = text.to_owned();
+    while !short.is_empty() && text_width(&short, size) > widest - 0.75 * size {
+        short.pop();
+    }
+    short + "…"
+}

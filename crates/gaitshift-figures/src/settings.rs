@@ -2,7 +2,7 @@
 
 use crate::canvas::{Anchor, Canvas, Paint, Rect};
 use crate::chart::{Axis, Panel};
-use crate::raster::text_width;
+use crate::raster::{fitting, text_width};
 use crate::style::{FAINT, LABEL, LEFT, RIGHT, SMALL, TEXT};
 use crate::{Figure, FigureError};
 
@@ -51,7 +51,10 @@ pub fn settings_figure(
             value,
         });
     }
-    let labels: Vec<String> = settings.iter().map(|s| shortened(&s.label)).collect();
+    let labels: Vec<String> = settings
+        .iter()
+        .map(|s| fitting(&s.label, SMALL, WIDEST_LABEL))
+        .collect();
     let widest = labels.iter().map(|label| text_width(label, SMALL));
     let left = 24.0 + widest.fold(0.0, f64::max);
     let area = Rect::new(left, 14.0, PLOT_WIDTH, ROW * settings.len() as f64 + 8.0);
@@ -97,16 +100,4 @@ pub fn settings_figure(
     Ok(Figure {
         svg: canvas.finish(),
     })
-}
-
-/// A name that fits beside the plot.
-fn shortened(label: &str) -> String {
-    if text_width(label, SMALL) <= WIDEST_LABEL {
-        return label.to_owned();
-    }
-    let mut short = label.to_owned();
-    while !short.is_empty() && text_width(&short, SMALL) > WIDEST_LABEL - 8.0 {
-        short.pop();
-    }
-    short + "…"
 }

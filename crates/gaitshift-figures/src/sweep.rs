@@ -4,7 +4,7 @@ use gaitshift_analysis::{GaitClass, GaitSummary};
 
 use crate::canvas::{Canvas, Ink, Paint, Point, Rect};
 use crate::chart::{Axis, Panel};
-use crate::raster::text_width;
+use crate::raster::{fitting, text_width};
 use crate::style::{LABEL, PAPER, QUIET, SERIES, SMALL, TEXT, TITLE, WHITE};
 use crate::{Figure, FigureError};
 
@@ -246,11 +246,12 @@ impl Legend {
         let (mut x, mut row) = (left, 0.0);
         let mut entries = Vec::new();
         for (name, mark) in names.chain(rest) {
-            let width = 32.0 + text_width(name, SMALL);
+            let name = fitting(name, SMALL, right - left - 32.0);
+            let width = 32.0 + text_width(&name, SMALL);
             if x > left && x + width > right {
                 (x, row) = (left, row + 1.0);
             }
-            entries.push((name.to_owned(), (x, 19.0 + LEGEND_ROW * row), mark));
+            entries.push((name, (x, 19.0 + LEGEND_ROW * row), mark));
             x += width;
         }
         Self {

@@ -5,8 +5,8 @@ use gaitshift_analysis::recording::{Recording, column};
 use crate::canvas::{Canvas, Ink, Paint, Rect};
 use crate::chart::{Axis, Panel};
 use crate::motion::Motion;
-use crate::raster::text_width;
-use crate::style::{COMMAND, LABEL, QUIET, SMALL, TEXT, TITLE};
+use crate::raster::{fitting, text_width};
+use crate::style::{COMMAND, LABEL, MEDIUM, QUIET, SMALL, TEXT, TITLE};
 use crate::support;
 use crate::{Figure, FigureError};
 
@@ -84,7 +84,9 @@ pub fn transition_figure(
     let height = top + 4.0 * panel_height + 3.0 * gap + 46.0;
     let mut canvas = Canvas::new(options.width, height);
     if let Some(title) = &options.title {
-        canvas.text((12.0, 17.0), title, TITLE.bold());
+        // Bold letters are wider by about a tenth.
+        let title = fitting(title, MEDIUM, (options.width - 24.0) / 1.12);
+        canvas.text((12.0, 17.0), &title, TITLE.bold());
     }
     legend.draw(&mut canvas, 12.0, title_height + 18.0);
 

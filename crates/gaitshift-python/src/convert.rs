@@ -28,7 +28,9 @@ pub fn from_python(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     let py = value.py();
     let options = PyDict::new(py);
     options.set_item("allow_nan", false)?;
-    options.set_item("default", py.get_type::<pyo3::types::PyFloat>())?;
+    // NumPy's arrays and numbers keep their kind: an integer stays one.
+    let default = c"lambda value: value.tolist() if hasattr(value, 'tolist') else float(value)";
+    options.set_item("default", py.eval(default, None, None)?)?;
     let text: String = py
         .import("json")?
         .call_method("dumps", (value,), Some(&options))

@@ -96,6 +96,7 @@ impl Sac {
 
     #[staticmethod]
     fn load(folder: PathBuf) -> PyResult<Self> {
+        let folder: PathBuf = folder.components().collect();
         recover(&folder).map_err(|e| os_error(&e, &folder))?;
         let agent = Agent::load(&folder.join(AGENT)).map_err(sac_error)?;
         let replay = ReplayBuffer::load(&folder.join(REPLAY)).map_err(sac_error)?;
@@ -120,6 +121,8 @@ impl Sac {
 
     /// The folder appears whole or not at all, and replaces one that was saved before.
     fn save(&self, py: Python<'_>, folder: PathBuf, more: Vec<(String, String)>) -> PyResult<()> {
+        // Without a separator at its end, so that a name beside it can be formed.
+        let folder: PathBuf = folder.components().collect();
         py.detach(|| {
             let io = |e: io::Error| os_error(&e, &folder);
             if folder.exists() && !folder.join(AGENT).exists() {

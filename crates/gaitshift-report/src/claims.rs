@@ -207,7 +207,7 @@ pub struct Finding {
     pub experiment: String,
     /// One value per seed; nothing where a seed lacks what the claim is about.
     pub seeds: Vec<Option<f64>>,
-    /// Over the seeds: interquartile mean with bootstrap interval; of shares the mean with Wilson's interval.
+    /// Over the seeds: interquartile mean with bootstrap interval; of shares the mean, with Wilson's interval where each is 0 or 1.
     pub estimate: Option<Estimate>,
     /// The verdict.
     pub verdict: Verdict,
@@ -451,10 +451,14 @@ pub(crate) fn other_learners(recorded: &[RecordedExperiment]) -> Vec<&str> {
     learners
 }
 
-/// Mean of shares, with Wilson's interval of the seeds that do it always.
+/// Mean of shares: with Wilson's interval where every seed does it always or never, otherwise with that of a bootstrap.
 fn share_of_seeds(values: &Values) -> Option<Estimate> {
     let known = values.known();
     let always = known.iter().filter(|&&share| share >= 1.0).count();
+    let never = known.iter().filter(|&&share| share <= 0.0).count();
+    if always + never < known.len() {
+        return Estimate::mean_over_seeds(&known);
+    }
     let (low, high) = wilson_interval(always, known.len())?;
     Some(Estimate {
         value: mean(&known)?,

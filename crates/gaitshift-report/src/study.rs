@@ -322,6 +322,12 @@ impl Plan {
         let mut own = self.clone();
         if let Some([low, high]) = subject.trained {
             own.gaits = own.gaits.map(|omega_v| omega_v.max(low).min(high));
+            // Their motions are followed in any case.
+            if !own.followed.is_empty() {
+                own.followed.extend(own.gaits);
+                own.followed.sort_by(f64::total_cmp);
+                own.followed.dedup();
+            }
         }
         own
     }

@@ -252,9 +252,15 @@ impl Files<'_> {
             cause,
         };
         for entry in std::fs::read_dir(at).map_err(failed)? {
-            let path = entry.map_err(failed)?.path();
+            let entry = entry.map_err(failed)?;
+            let kind = entry.file_type().map_err(failed)?;
+            // What a link leads to is not of a report.
+            if kind.is_symlink() {
+                continue;
+            }
+            let path = entry.path();
             let ending = path.extension().and_then(|ending| ending.to_str());
-            if path.is_dir() {
+            if kind.is_dir() {
                 self.clear(&path)?;
                 // Of what others keep there it stays.
                 let _ = std::fs::remove_dir(&path);

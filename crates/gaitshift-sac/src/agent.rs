@@ -191,6 +191,18 @@ impl Agent {
             self.learner.observation_size,
         )?;
         length("a rehearsal action", action_size, self.learner.action_size)?;
+        self.require_rehearsal_rows(rows)?;
+        let rehearsed = Rehearsed::zeros(rows, observation_size, action_size);
+        self.learner.set_rehearsed(rehearsed);
+        self.rehearsal = Some(rehearsal);
+        Ok(())
+    }
+
+    /// Whether so many pairs can be rehearsed in an update.
+    ///
+    /// # Errors
+    /// When they are not from 1 to 65536, or too many for the actor's size.
+    pub fn require_rehearsal_rows(&self, rows: usize) -> Result<(), SacError> {
         require(
             (1..=SIZE_MAX).contains(&rows),
             "rehearsal rows",
@@ -202,11 +214,7 @@ impl Agent {
             "rehearsal rows",
             &rows,
             "fewer for an actor of this size: the gradients of so many fill the memory",
-        )?;
-        let rehearsed = Rehearsed::zeros(rows, observation_size, action_size);
-        self.learner.set_rehearsed(rehearsed);
-        self.rehearsal = Some(rehearsal);
-        Ok(())
+        )
     }
 
     /// Sets the weight w of the rehearsal loss w · mean |μ(s) − a|² in the actor's loss; with 0, as at first, nothing is

@@ -254,7 +254,7 @@ impl Policy {
         self.shape().outputs / 2
     }
 
-    /// Deterministic actions tanh(mean) in (−1, 1), rows × action size, for rows × observation size.
+    /// Deterministic actions tanh(mean) in [−1, 1], rows × action size, for rows × observation size.
     ///
     /// # Errors
     /// When the lengths do not match.

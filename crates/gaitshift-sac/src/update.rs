@@ -222,7 +222,8 @@ impl<T: Scalar> Learner<T> {
         );
         let step = AdamStep::new(state.steps, learning_rate);
         adam::descend(step, &[gradient], &mut log_alpha, &mut first, &mut second);
-        [state.log_alpha] = log_alpha;
+        // Beyond that α would be 0, from which nothing comes back.
+        [state.log_alpha] = log_alpha.map(|log_alpha| log_alpha.max(f64::MIN_POSITIVE.ln()));
         [state.first_moment] = first;
         [state.second_moment] = second;
         state.alpha = state.log_alpha.exp();

@@ -281,7 +281,9 @@ impl Member {
         if hold > 0 && episode.held_periods >= hold {
             outcome.ended.get_or_insert(EndReason::TimeLimit);
         }
-        episode.total_reward += outcome.terms.sum();
+        // So that what is kept of it stays a number.
+        episode.total_reward =
+            (episode.total_reward + outcome.terms.sum()).clamp(f64::MIN, f64::MAX);
         let finished = outcome.ended.map(|ended| FinishedEpisode {
             omega_v: episode.first_command,
             total_reward: episode.total_reward,

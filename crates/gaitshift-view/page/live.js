@@ -4,7 +4,13 @@ const live = { epoch: -1, period: 0.01, pace: 1, shown: 0, lastFrame: 0, delay: 
 function connect() {
   const socket = new WebSocket(`ws://${location.host}/socket`);
   socket.binaryType = "arraybuffer";
-  socket.onopen = () => { $("state").textContent = ""; control.socket = socket; };
+  // The program begins anew with every connection; what the page shows as chosen is asked for again.
+  socket.onopen = () => {
+    $("state").textContent = "";
+    control.socket = socket;
+    if (+$("pace").value !== 1) control.send({ type: "pace", value: +$("pace").value });
+    if (run.chosen !== null) control.send({ type: "evaluation", step: run.chosen });
+  };
   socket.onmessage = ({ data }) => (typeof data === "string" ? hear(JSON.parse(data)) : take(data));
   socket.onclose = () => { $("state").textContent = word("lost"); setTimeout(connect, 1500); };
 }

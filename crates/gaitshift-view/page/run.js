@@ -80,7 +80,7 @@ $("criteria").addEventListener("click", (event) => {
 });
 $("evaluation").addEventListener("change", () => { if ($("evaluation").value) choose(+$("evaluation").value); });
 if (document.documentElement.dataset.mode === "run") {
-  spoken.push(showRun);
+  spoken.push(() => { $("evaluation").replaceChildren(); showRun(); });
   new ResizeObserver(drawRun).observe($("run"));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(drawRun));
   lookAtRun();

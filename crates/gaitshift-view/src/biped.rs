@@ -1,14 +1,15 @@
 //! One controller on one body: its motion under way and its latest rows.
 
 use crate::history::History;
-use gaitshift_analysis::recording::{COLUMNS, Recording};
+use gaitshift_analysis::recording::{COLUMNS, Recording, column};
 use gaitshift_body::{Body, BodyParameters, BodyState, ParameterError};
 use gaitshift_experiment::{Controller, Deterministic, Simulation};
 use gaitshift_task::{EndReason, Environment};
 use std::collections::VecDeque;
 
-/// Rows kept for recordings, films and analyses: a minute at the default control period.
-const MOST_ROWS: usize = 6000;
+/// Kept for recordings, films and analyses, in s, and the most rows that are kept for it.
+const KEPT_S: f64 = 60.0;
+const MOST_ROWS: usize = 60_000;
 
 /// A controller and the body it moves, as asked for.
 #[derive(Debug, Clone)]
@@ -99,6 +100,10 @@ impl Biped {
             return false;
         }
         self.history.push(self.simulation.time_s(), omega_v);
+        // A motion begins with the command that it goes on with, as its replay does.
+        if self.simulation.time_s() == 0.0 {
+            self.rows[column::OMEGA_V.index()] = omega_v;
+        }
         let force_n = self.push.map(|push| push.force_n);
         if let Some(push) = &mut self.push {
             push.periods -= 1;
@@ -121,7 +126,8 @@ impl Biped {
         self.simulation.row(&mut self.row);
         let own = &self.simulation.terms().extra[..self.own_columns.len()];
         self.row.extend(own);
-        if self.rows.len() >= MOST_ROWS * self.row.len() {
+        let kept = (KEPT_S / self.simulation.control_period_s()).ceil() as usize;
+        if self.rows.len() >= kept.clamp(1, MOST_ROWS) * self.row.len() {
             self.rows.drain(..self.row.len());
         }
         self.rows.extend(&self.row);

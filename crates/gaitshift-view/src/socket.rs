@@ -330,7 +330,7 @@ impl Tab<'_> {
             } => self.stage.push(force_n, duration_s)?,
             Request::Body { values } => {
                 self.stage.change_body(&values)?;
-                self.tell_bipeds();
+                self.send_present();
             }
             Request::Compare { on } => {
                 self.stage.compare(on);
@@ -356,6 +356,11 @@ impl Tab<'_> {
 
     fn begin_anew(&mut self) {
         self.clock.restart();
+        self.send_present();
+    }
+
+    /// Shows who moves and where each is now; the page forgets what was before.
+    fn send_present(&mut self) {
         self.tell_bipeds();
         let mut messages = self.messages();
         for (biped, samples) in self.stage.bipeds.iter().zip(&mut messages) {

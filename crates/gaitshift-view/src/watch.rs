@@ -11,14 +11,16 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::broadcast;
-use tokio::time::timeout;
+use tokio::time::{interval, timeout};
 
 /// Messages that a slow page may lag behind; it loses what is older.
 const MOST_WAITING: usize = 256;
 const SEND_TIMEOUT: Duration = Duration::from_secs(20);
-/// Rows from which the figures are taken, and rows between two sets of them.
-const MOST_ROWS: usize = 800;
+/// The most rows from which the figures are taken, and rows between two sets of them.
+const MOST_ROWS: usize = 4000;
 const ROWS_PER_FIGURES: u64 = 10;
+/// A page takes a silent connection for a lost one; a program may think for long between two steps.
+const PING_INTERVAL: Duration = Duration::from_secs(15);
 
 /// A motion to be watched. Clones show the same motion.
 #[derive(Debug, Clone)]
@@ -96,7 +98,8 @@ impl Watched {
         }
         let mut state = self.state();
         state.count += 1;
-        if state.rows.len() >= MOST_ROWS * row.len() {
+        let shown = (stage::SHOWN_S / state.metadata.control_period_s).round() as usize + 1;
+        if state.rows.len() >= shown.min(MOST_ROWS) * row.len() {
             state.rows.drain(..row.len());
         }
         state.rows.extend(row);
@@ -104,12 +107,7 @@ impl Watched {
         if self.shared.sender.receiver_count() == 0 {
             return;
         }
-        let mut samples = Samples::new(0, state.epoch);
-        samples.push(row, [0.0; 2], &self.shared.columns);
-        let _ = self
-            .shared
-            .sender
-            .send(Message::Binary(samples.finish().into()));
+        let _ = self.shared.sender.send(self.sample(&state, row));
         if state.count.is_multiple_of(ROWS_PER_FIGURES)
             && let Some(text) = self.figures(&state)
         {
@@ -119,6 +117,23 @@ impl Watched {
 
     fn width(&self) -> usize {
         COLUMNS.len() + self.shared.own_columns.len()
+    }
+
+    fn sample(&self, state: &State, row: &[f64]) -> Message {
+        let mut samples = Samples::new(0, state.epoch);
+        samples.push(row, [0.0; 2], &self.shared.columns);
+        Message::Binary(samples.finish().into())
+    }
+
+    /// Who moves and where it is now, for a page that has seen nothing yet, or lost something.
+    fn present(&self) -> VecDeque<Message> {
+        let state = self.state();
+        let mut messages: VecDeque<Message> = self.bipeds(&state).into_iter().collect();
+        if let Some(begin) = state.rows.len().checked_sub(self.width()) {
+            let row: Vec<f64> = state.rows.range(begin..).copied().collect();
+            messages.push_back(self.sample(&state, &row));
+        }
+        messages
     }
 
     fn figures(&self, state: &State) -> Option<Message> {
@@ -168,19 +183,21 @@ impl Watched {
     pub(crate) async fn serve(&self, socket: WebSocket) {
         let (mut sink, mut stream) = socket.split();
         let mut motion = self.shared.sender.subscribe();
-        let mut next = self.bipeds(&self.state());
+        let mut next = self.present();
+        let mut pings = interval(PING_INTERVAL);
         loop {
-            if let Some(message) = next.take() {
+            while let Some(message) = next.pop_front() {
                 match timeout(SEND_TIMEOUT, sink.send(message)).await {
                     Ok(Ok(())) => {}
-                    _ => break,
+                    _ => return,
                 }
             }
             tokio::select! {
+                _ = pings.tick() => next.push_back(Message::Ping(Vec::new().into())),
                 message = motion.recv() => match message {
-                    Ok(message) => next = Some(message),
+                    Ok(message) => next.push_back(message),
                     // What it lost may have been the beginning of another motion.
-                    Err(broadcast::error::RecvError::Lagged(_)) => next = self.bipeds(&self.state()),
+                    Err(broadcast::error::RecvError::Lagged(_)) => next = self.present(),
                     Err(broadcast::error::RecvError::Closed) => break,
                 },
                 heard = stream.next() => match heard {

@@ -31,8 +31,6 @@ struct Motions {
 struct Change {
     recording: String,
     controller: String,
-    ramp_start_s: f64,
-    ramp_end_s: f64,
     #[serde(flatten)]
     summary: TransitionSummary,
     changes: Vec<GaitChange>,
@@ -102,8 +100,6 @@ fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure>
         transitions.push(Change {
             recording: path.display().to_string(),
             controller: recording.metadata.controller.clone(),
-            ramp_start_s,
-            ramp_end_s,
             summary: summarise_transition(recording, ramp_start_s, ramp_end_s, &options),
             changes: changes_of_gait(recording, &ramps, &options),
         });
@@ -114,7 +110,7 @@ fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure>
     for change in &transitions {
         output::line(&format!(
             "{}: ω_v changes from {} s to {} s",
-            change.recording, change.ramp_start_s, change.ramp_end_s
+            change.recording, change.summary.ramp_start_s, change.summary.ramp_end_s
         ))?;
         let one_by_one = transition::describe_changes(&change.changes);
         for line in transition::describe(&change.summary)

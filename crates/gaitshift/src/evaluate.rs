@@ -147,11 +147,18 @@ fn measure(
             })
             .collect(),
     };
+    let starts = starts(seeds);
+    let file_name = |name: &str, seed: Option<u64>| match seed.filter(|_| starts.len() > 1) {
+        Some(seed) => format!("{name}_seed_{seed}.csv"),
+        None => format!("{name}.csv"),
+    };
     if let Some(folder) = &arguments.out {
         output::create_folder(folder)?;
         if let Some(profile) = &arguments.command_profile {
             for (name, _) in &motions {
-                output::not_over(profile, &folder.join(format!("{name}.csv")))?;
+                for &seed in &starts {
+                    output::not_over(profile, &folder.join(file_name(name, seed)))?;
+                }
             }
         }
     }
@@ -165,7 +172,6 @@ fn measure(
             ));
         }
     }
-    let starts = starts(seeds);
     let mut rows = Vec::new();
     let mut files = Vec::new();
     for (name, profile) in &motions {
@@ -175,15 +181,12 @@ fn measure(
                 .duration_s
                 .unwrap_or_else(|| DURATION_S.max(profile.end_s() + BEYOND_PROFILE_S));
             let recording = subject.record(profile, duration_s)?;
-            let several = seed.filter(|_| starts.len() > 1);
             rows.push(Row {
                 seed,
                 ..describe(&recording, arguments.settling_s)
             });
             if let Some(folder) = &arguments.out {
-                let suffix = several.map_or_else(String::new, |seed| format!("_seed_{seed}"));
-                let name = format!("{name}{suffix}.csv");
-                files.push(write_recording(&recording, folder, &name)?);
+                files.push(write_recording(&recording, folder, &file_name(name, seed))?);
             }
         }
     }

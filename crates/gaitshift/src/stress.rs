@@ -13,6 +13,9 @@ use std::path::{Path, PathBuf};
 #[derive(Serialize)]
 struct Outcome<'a> {
     controller: &'a str,
+    /// What differs from the body and task that it was trained on, in words.
+    #[serde(skip_serializing_if = "str::is_empty")]
+    changes: &'a str,
     #[serde(flatten)]
     stress: &'a Stress,
 }
@@ -58,11 +61,14 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
     bar.finish_and_clear();
     let result = result.map_err(Failure::run)?;
 
+    let circumstances = subject.circumstances();
+    let changes = circumstances.trim_start_matches(", ");
     let mut files = Vec::new();
     if let Some(folder) = folder {
         let path = folder.join("stress.json");
         let json = Outcome {
             controller: &subject.name,
+            changes,
             stress: &result,
         };
         let text = serde_json::to_string_pretty(&json).map_err(Failure::run)?;
@@ -73,13 +79,15 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
     if a.print.json {
         return output::json(&Outcome {
             controller: &subject.name,
+            changes,
             stress: &result,
         });
     }
     let plan = &result.plan;
     output::line(&format!(
-        "{}, {} random starts: median (least to greatest) of the largest disturbance withstood",
+        "{}{}, {} random starts: median (least to greatest) of the largest disturbance withstood",
         subject.name,
+        circumstances,
         plan.seeds.len()
     ))?;
     for line in table(&result) {

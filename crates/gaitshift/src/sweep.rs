@@ -202,12 +202,18 @@ fn expect(
     // A run that is over before it can be measured takes no time to speak of.
     let of_variant = |v: &Expected| v.duration_s.unwrap_or(0.0) * v.seeds as f64;
     let training_s: f64 = variants.iter().map(of_variant).sum();
+    let runs: usize = variants.iter().map(|v| v.seeds).sum();
+    let longest_s = variants
+        .iter()
+        .filter_map(|v| v.duration_s)
+        .fold(0.0, f64::max);
+    let at_once = jobs.min(runs).max(1) as f64;
     Ok(Estimate {
         folder: folder.display().to_string(),
         variants,
         jobs,
         training_s,
-        duration_s: training_s / jobs as f64,
+        duration_s: (training_s / at_once).max(longest_s),
     })
 }
 

@@ -159,7 +159,7 @@ pub fn write_figure(
         from_s: Some((start_s - SHOWN_S).min(last_s - 2.0 * SHOWN_S).max(0.0)),
         to_s: Some((end_s + SHOWN_S).min(last_s)),
         // Figures have a subscript, terminals may not.
-        title: Some(change.name.replace("_v", "\u{1d65}")),
+        title: Some(change.name.replacen("ω_v", "ω\u{1d65}", 1)),
         ..FigureOptions::default()
     };
     transition_figure(recording, change.ramp, &options)

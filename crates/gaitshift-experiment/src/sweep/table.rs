@@ -73,6 +73,11 @@ impl Estimate {
     pub fn over_seeds(values: &[f64]) -> Option<Self> {
         estimate(values, interquartile_mean)
     }
+
+    /// Mean over seeds with its interval; nothing without seeds.
+    pub fn mean_over_seeds(values: &[f64]) -> Option<Self> {
+        estimate(values, mean)
+    }
 }
 
 impl std::fmt::Display for Estimate {

@@ -94,6 +94,8 @@ impl Training {
             ));
         }
         training.counters = state.counters;
+        // Edited to fewer steps per update, what was saved up would be more than can be.
+        training.counters.update_credit %= training.experiment.training.steps_per_update;
         training.edits = state.edits;
         training.report_edits(&edits);
         training.choose_anew_if_judged_otherwise(&before);
@@ -173,8 +175,22 @@ impl Training {
         ));
     }
 
-    /// Writes a checkpoint, the logs having these lengths.
+    /// Writes a checkpoint, the logs having these lengths, and the controller as it is.
     pub(super) fn checkpoint(&mut self, logs: LogLengths) -> Result<(), TrainingError> {
+        self.write_checkpoint(logs)?;
+        self.write_last()
+    }
+
+    /// Writes the controller as it is.
+    pub(super) fn write_last(&mut self) -> Result<(), TrainingError> {
+        let mut from = Instant::now();
+        self.controller().write(&self.folder.file(LAST_CONTROLLER))?;
+        lap(&mut from, &mut self.counters.parts.checkpointing_s);
+        Ok(())
+    }
+
+    /// Writes the checkpoint alone.
+    pub(super) fn write_checkpoint(&mut self, logs: LogLengths) -> Result<(), TrainingError> {
         let mut from = Instant::now();
         let folder = &self.folder;
         folder.begin_checkpoint()?;
@@ -194,7 +210,6 @@ impl Training {
         };
         folder.write_json(&folder.pending(STATE), &state)?;
         folder.commit_checkpoint()?;
-        self.controller().write(&folder.file(LAST_CONTROLLER))?;
         lap(&mut from, &mut self.counters.parts.checkpointing_s);
         Ok(())
     }

@@ -99,7 +99,7 @@ def sweep(
     folder = Path("runs", told["folder"]) if out is None else Path(out)
     trials = [{**trial, "command": told["command"], "version": _native.__version__} for trial in told["trials"]]
     _begin(folder, trials)
-    where = os.path.abspath(f"{folder}-ray") if storage is None else storage
+    where = storage if storage is not None and "://" in storage else os.path.abspath(storage or f"{folder}-ray")
     started = not ray.is_initialized()
     if started:
         _reach(address)
@@ -137,6 +137,10 @@ def _begin(folder: Path, trials: list[dict[str, Any]]) -> None:
                 f"{folder} holds a sweep of other settings or another version than asked for now; give another --out"
             )
         return
+    for trial in trials:
+        run = folder / trial["folder"]
+        if (run / "config.toml").exists():
+            raise ValueError(f"{run} holds a run of another sweep, which would be replaced; give another --out")
     folder.mkdir(parents=True, exist_ok=True)
     new = kept.with_suffix(".new")
     new.write_text(json.dumps(trials), encoding="utf-8")

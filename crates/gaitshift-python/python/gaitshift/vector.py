@@ -98,7 +98,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
         commands = options.pop("omega_v", None)
         commands = None if commands is None else self._checked_commands(commands, "options['omega_v']")
         opening = reset_options(options, self.num_envs)
-        mask = np.ones(self.num_envs, dtype=bool) if mask is None else self._checked_mask(mask)
+        mask = np.ones(self.num_envs, dtype=bool) if mask is None else self._checked_mask(mask).copy()
         if not self._seeded and not mask.all():
             raise ResetNeeded("the first reset must be of all environments")
         if seed is None:
@@ -117,9 +117,9 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
                 self._batch.seed(i, own)
             elif not self._seeded:
                 self._batch.seed(i, int(self.np_random.integers(2**63)))
-        self._seeded = True
         states = None if opening.state is None else list(zip(*opening.state))
         observations, info = self._batch.reset_all(mask.tolist(), commands, opening.default_start, states)
+        self._seeded = True
         self._over = self._over & ~mask
         return observations, self._info(info, mask)
 
@@ -144,7 +144,7 @@ class PassiveBipedVectorEnv(HasParameters, VectorEnv[NDArray[np.float64], NDArra
             commands, _MODES[self.autoreset_mode]
         )
         over = terminated | truncated
-        self._over = over
+        self._over = over.copy()
         infos = self._info(info, np.ones(self.num_envs, dtype=bool))
         last = infos
         if final is not None:

@@ -130,7 +130,7 @@ impl Page {
                  <td data-name=\"people\">{}</td></tr>\n",
                 Prose(n.name),
                 shown_by(n.shown_by, commands),
-                estimate(n.estimate, n.seeds.len()),
+                estimate(n.estimate, &n.seeds),
                 seeds(&n.seeds),
                 Prose(n.people)
             ));
@@ -153,7 +153,7 @@ fn shown_by(source: Source, commands: &Commands) -> String {
 fn finding(f: &Finding) -> String {
     let value = match f.verdict {
         Verdict::NotMeasured => String::new(),
-        _ => estimate(f.estimate, f.seeds.len()) + &seeds(&f.seeds),
+        _ => estimate(f.estimate, &f.seeds) + &seeds(&f.seeds),
     };
     let recorded = if f.recorded { " <i>recorded</i>" } else { "" };
     format!(

@@ -36,11 +36,11 @@ pub(super) fn short_or_dash(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), short)
 }
 
-/// A number over seeds with its interval.
-pub(super) fn estimate(estimate: Option<Estimate>, seeds: usize) -> String {
+/// A number over seeds with its interval, where more than one has a value.
+pub(super) fn estimate(estimate: Option<Estimate>, seeds: &[Option<f64>]) -> String {
     match estimate {
         None => "none".to_owned(),
-        Some(e) if seeds < 2 => short(e.value),
+        Some(e) if seeds.iter().flatten().count() < 2 => short(e.value),
         Some(e) => format!(
             "{} <small>[{}, {}]</small>",
             short(e.value),
