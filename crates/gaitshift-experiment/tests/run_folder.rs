@@ -350,6 +350,39 @@ fn every_other_edit_is_applied_and_told() {
     );
 }
 
+// What went wrong: with fewer steps per update than had been saved up, a stop at once left counters that could not be.
+#[test]
+fn a_run_edited_to_more_updates_can_be_stopped_at_once_and_resumed() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("run");
+    let mut experiment = unevaluated();
+    experiment.training.steps_per_update = 1003;
+    Training::new(experiment, &folder, "test")
+        .unwrap()
+        .run(&mut Until::step(2500))
+        .unwrap();
+    let resumed = edited(&folder, "steps_per_update = 1003", "steps_per_update = 1").unwrap();
+    let mut resumed = resumed;
+    resumed.run(&mut Until::step(1)).unwrap();
+    drop(resumed);
+    Training::resume(&folder).unwrap();
+}
+
+// What went wrong: the first controller was written before the configuration; a kill between them left a folder that could
+// neither go on nor begin again.
+#[test]
+fn a_run_killed_before_its_configuration_was_written_can_be_begun_again() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("run");
+    drop(Training::new(unevaluated(), &folder, "test").unwrap());
+    // The order in which they were written: whatever is younger than the configuration may be missing.
+    let written = |name: &str| fs::metadata(folder.join(name)).unwrap().modified().unwrap();
+    assert!(written("config.toml") <= written("controller-last.safetensors"));
+    fs::remove_file(folder.join("controller-last.safetensors")).unwrap();
+    fs::remove_file(folder.join("config.toml")).unwrap();
+    Training::new(unevaluated(), &folder, "test").unwrap();
+}
+
 #[test]
 fn a_state_of_another_version_is_refused() {
     // What went wrong: state.json had no version, though every format promises one.

@@ -46,6 +46,26 @@ fn panels_have_their_titles_and_points() {
     assert_eq!(figure.svg, intervals_figure(&series, &panels).unwrap().svg);
 }
 
+// What went wrong: the names of many series ran out of the picture.
+#[test]
+fn many_names_take_rows_and_a_long_one_is_shortened() {
+    let mut series: Vec<String> = (0..13).map(|k| format!("ω_v = {k}.25")).collect();
+    series.push("a name of a hundred letters ".repeat(8));
+    let points = (0..14).map(|k| point(k, 0.0, 3.0)).collect();
+    let figure = intervals_figure(&series, &[panel("push", points)]).unwrap();
+    assert!(figure.svg.contains('…') && !figure.svg.contains(&series[13]));
+    let wide: f64 = between(&figure.svg, "width=\"", "\"").parse().unwrap();
+    for circle in figure.svg.split("<circle ").skip(1) {
+        let x: f64 = between(circle, "cx=\"", "\"").parse().unwrap();
+        assert!((0.0..wide).contains(&x), "{x} of {wide}");
+    }
+}
+
+fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
+    let rest = text.split(from).nth(1).unwrap();
+    rest.split(to).next().unwrap()
+}
+
 #[test]
 fn what_cannot_be_drawn_is_named() {
     let empty = intervals_figure(&[], &[panel("a", Vec::new())]);

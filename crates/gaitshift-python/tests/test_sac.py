@@ -76,7 +76,7 @@ def test_saved_and_loaded_it_goes_on_to_the_same_bits(tmp_path, settings):
     for learner in (through, stopped):
         drive(learner, Reach(), 100, seed=1)
     stopped.save(tmp_path / "learner")
-    stopped.save(tmp_path / "learner")  # over the one before
+    stopped.save(f"{tmp_path}/learner/")  # over the one before
     loaded = gaitshift.SAC.load(tmp_path / "learner")
     assert (loaded.updates, loaded.stored, loaded.capacity) == (100, 100, 2000)
     assert loaded.settings == through.settings
@@ -195,3 +195,9 @@ def test_what_is_no_saved_learner_is_refused_and_nothing_is_overwritten(tmp_path
         settings.write_text(json.dumps(damaged))
         with pytest.raises(ValueError, match=r"sac\.json"):
             gaitshift.SAC.load(tmp_path / "learner")
+
+
+def test_settings_may_be_numpys_numbers():
+    # What went wrong: integers of NumPy became 64.0, which is no number of units.
+    learner = make(batch_size=np.int64(32), hidden=(np.int64(8),) * 2, critic_layer_norm=np.True_, gamma=np.float32(0.5))
+    learner.act(np.zeros((1, 1), np.float32))

@@ -131,6 +131,10 @@ fn the_most_sensitive_observations_are_those_that_bear_least() {
     // Of the three named, h comes before one.
     assert_eq!(found.estimate.unwrap().value, 2.0 / 3.0);
     assert_eq!(found.verdict, Verdict::Differs);
+    // What went wrong: the interval was that of the seeds with all three, none, and did not hold the mean.
+    let several = finding(&[&seed, &seed, &seed], "noise walking");
+    let estimate = several.estimate.unwrap();
+    assert_eq!(estimate.interval, [2.0 / 3.0; 2]);
 }
 
 #[test]

@@ -49,6 +49,9 @@ fn a_transition_is_described_as_transition_does() {
     for (name, value) in fields {
         assert_eq!(found[name], *value, "{name}");
     }
+    // What went wrong: the times of the ramp stood there twice.
+    let printed = place.stdout("analyse --transition change/recording.csv --json");
+    assert_eq!(printed.matches("\"ramp_start_s\"").count(), 1, "{printed}");
     let text = place.stdout("analyse --transition change/recording.csv");
     assert!(text.contains("from 2 s to 2.4 s"), "{text}");
 

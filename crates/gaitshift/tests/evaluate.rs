@@ -699,6 +699,11 @@ fn a_profile_is_not_written_over() {
     place.write("profile.csv", profile);
     let words = &["profile.csv", "written over", "--out"];
     place.refused("evaluate --command-profile profile.csv --out .", words);
+    place.write("profile_seed_2.csv", profile);
+    place.refused(
+        "evaluate --command-profile profile_seed_2.csv --seed 1,2 --out .",
+        &["profile_seed_2.csv", "written over"],
+    );
     place.write("recording.csv", profile);
     place.refused(
         "transition --command-profile recording.csv --out .",
