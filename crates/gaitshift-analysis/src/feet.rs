@@ -32,7 +32,8 @@ pub fn clearance_m(
         .filter_map(|swing| {
             let passings = (swing[0].row..swing[1].row).filter_map(|row| {
                 let (before, after) = (ahead(row), ahead(row + 1));
-                let passes = before < 0.0 && after >= 0.0;
+                // Forward or backward.
+                let passes = (before < 0.0) != (after < 0.0);
                 let share = before / (before - after);
                 passes.then(|| heights[row] + share * (heights[row + 1] - heights[row]))
             });

@@ -48,7 +48,14 @@ pub struct EnergyFlow {
 impl EnergyFlow {
     /// The flow over a window of whole strides ([`crate::steps::whole_strides`]).
     pub fn find(recording: &Recording, support: &Support, strides: Window) -> Option<Self> {
-        let steps = support.touchdowns(strides).count().checked_sub(1)?;
+        // The touchdown at the end begins the next step, that of the other foot in the same row too.
+        let steps = support
+            .touchdowns(strides)
+            .filter(|touchdown| touchdown.row < strides.end_row())
+            .count();
+        if steps == 0 {
+            return None;
+        }
         let per_step = |pair: [Detail; 2]| -> Option<PerLeg> {
             let [right, left] =
                 pair.map(|detail| ratio(strides.detail_change(recording, detail)?, steps as f64));

@@ -51,7 +51,7 @@ pub fn recent(recording: &Recording, support: &Support, rule: &GaitRule, row: us
         .and_then(|&last| Window::new(last + 1, row));
     let latest = rows
         .len()
-        .checked_sub(rule.min_steps + 1)
+        .checked_sub(rule.min_steps.saturating_add(1))
         .and_then(|first| Window::new(rows[first], row));
     let window = stopped.or(latest).unwrap_or(all);
     let strides = whole_strides(support, window);

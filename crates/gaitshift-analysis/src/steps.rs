@@ -71,12 +71,14 @@ pub fn find_steps(recording: &Recording, support: &Support, window: Window) -> V
 ///
 /// Averages over whole strides do not depend on the phase of the stride in which the window begins.
 pub fn whole_strides(support: &Support, window: Window) -> Option<Window> {
-    let first = support.touchdowns(window).next()?;
-    let last = support
-        .touchdowns(window)
-        .filter(|touchdown| touchdown.side == first.side)
-        .last()?;
-    Window::new(first.row, last.row)
+    let of = |side| {
+        let mut own = support.touchdowns(window).filter(|t| t.side == side);
+        let first = own.next()?;
+        Window::new(first.row, own.last()?.row)
+    };
+    let first = support.touchdowns(window).next()?.side;
+    // Who lands on one foot alone from then on has strides, too.
+    of(first).or_else(|| of(first.other()))
 }
 
 /// Times of one leg, means over its whole strides (from its first touchdown in a window to its last).

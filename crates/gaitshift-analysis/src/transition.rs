@@ -168,17 +168,22 @@ pub fn summarise_transition(
 /// Shortest rest of the command between two changes that are told apart, s: a gait needs some strides to be told.
 pub const REST_S: f64 = 4.0;
 
+/// Commands (s/m) and times (s) that differ by less are the same.
+const SAME: f64 = 1e-9;
+
 /// The stretches in which the command of a recording changes (begin and end, s), in order; those with less than
 /// [`REST_S`] between them count as one.
 pub fn command_changes(recording: &Recording) -> Vec<(f64, f64)> {
     let commands = recording.column(column::OMEGA_V);
     let times = recording.column(column::TIME_S);
     let mut ramps: Vec<(f64, f64)> = Vec::new();
-    for row in (1..commands.len()).filter(|&row| commands[row] != commands[row - 1]) {
+    // The times of rows are not those of the profile to the last bit, and so a held command is not either.
+    let changes = |row: usize| (commands[row] - commands[row - 1]).abs() > SAME;
+    for row in (1..commands.len()).filter(|&row| changes(row)) {
         // A row holds the command that its control period had, which began at the time of the row before.
         let (start_s, end_s) = (times[row.saturating_sub(2)], times[row - 1]);
         match ramps.last_mut() {
-            Some(last) if start_s - last.1 < REST_S => last.1 = end_s,
+            Some(last) if start_s - last.1 < REST_S - SAME => last.1 = end_s,
             _ => ramps.push((start_s, end_s)),
         }
     }

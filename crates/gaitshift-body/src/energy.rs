@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct MechanicalEnergy {
     /// Kinetic energy of all bodies.
     pub kinetic: f64,
-    /// Gravitational energy, zero with every mass at ground height.
+    /// Gravitational energy, zero with every mass at z = 0, where flat ground is.
     pub gravitational: f64,
     /// Both hip springs.
     pub hip_springs: f64,

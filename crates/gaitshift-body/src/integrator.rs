@@ -9,7 +9,7 @@ use crate::{Accelerations, Body, BodyState, EnergyAccount, Meter};
 /// Outcome of [`Body::advance`]: means over the steps taken.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct AdvanceReport {
-    /// A number became infinite, undefined or absurdly fast: the state is not to be used.
+    /// At the end of the steps a number is infinite, undefined or absurdly fast: the state is not to be used.
     pub diverged: bool,
     /// Mean force of each actuator, in N.
     pub actuator_n: [f64; 2],

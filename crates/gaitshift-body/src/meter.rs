@@ -111,7 +111,8 @@ impl Meter {
             let f = &a.forces[i];
             let contact = &f.contact;
             leg.peak_normal_n = leg.peak_normal_n.max(contact.normal_n);
-            if contact.normal_n > 0.0 {
+            // On the face of a step the ground may push sideways alone.
+            if contact.normal_n > 0.0 || contact.tangential_n != 0.0 {
                 touching = true;
                 leg.contact_steps += 1;
             }

@@ -245,13 +245,48 @@ impl BodyParameters {
                 self.actuator_force_n
             ));
         }
-        let depth_m = (weight_n / self.contact_stiffness).powf(1.0 / self.contact_exponent);
+        let depth_m = self.standing_depth_m(weight_n);
         if depth_m > 0.1 * self.foot_arc_radius_m {
             warnings.push(format!(
                 "on one foot the body sinks about {depth_m:.2} m into the ground; increase `contact_stiffness`"
             ));
         }
         warnings
+    }
+
+    /// How far one upright foot sinks into flat ground under a weight at rest, in m; infinite if nothing carries it.
+    fn standing_depth_m(&self, weight_n: f64) -> f64 {
+        let last = self.foot_sphere_count.saturating_sub(1) as f64;
+        let of_sphere = |j: usize| match last {
+            0.0 => 1.0,
+            last => (self.foot_arc_half_angle_rad * (2.0 * j as f64 / last - 1.0)).cos(),
+        };
+        let lowest = (0..self.foot_sphere_count)
+            .map(of_sphere)
+            .fold(-1.0, f64::max);
+        let arc_m = self.foot_arc_radius_m - self.foot_sphere_radius_m;
+        let force_n = |depth_m: f64| -> f64 {
+            let of_depth = |j| (depth_m - arc_m * (lowest - of_sphere(j))).max(0.0);
+            let spheres = (0..self.foot_sphere_count).map(of_depth);
+            spheres
+                .map(|d| self.contact_stiffness * d.powf(self.contact_exponent))
+                .sum()
+        };
+        // The lowest sphere alone would sink this far.
+        let mut deepest = (weight_n / self.contact_stiffness).powf(1.0 / self.contact_exponent);
+        if !deepest.is_finite() {
+            return deepest;
+        }
+        let mut least = 0.0;
+        for _ in 0..50 {
+            let middle = 0.5 * (least + deepest);
+            if force_n(middle) < weight_n {
+                least = middle;
+            } else {
+                deepest = middle;
+            }
+        }
+        deepest
     }
 
     /// Checks every field.

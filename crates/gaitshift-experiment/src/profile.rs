@@ -101,7 +101,8 @@ impl CommandProfile {
         let mut changes: Vec<(f64, f64)> = Vec::new();
         for pair in self.points.windows(2).filter(|pair| pair[0].1 != pair[1].1) {
             match changes.last_mut() {
-                Some(last) if pair[0].0 - last.1 < rest_s => last.1 = pair[1].0,
+                // Sums of times are not exact.
+                Some(last) if pair[0].0 - last.1 < rest_s - 1e-9 => last.1 = pair[1].0,
                 _ => changes.push((pair[0].0, pair[1].0)),
             }
         }

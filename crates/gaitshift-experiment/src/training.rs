@@ -438,7 +438,8 @@ impl Training {
     fn learn(&mut self) -> Result<(), TrainingError> {
         let t = &self.experiment.training;
         // A task may be undefined for the first steps; where nothing comes for long, the update says so.
-        let nothing_yet = self.replay.valid_len() == 0 && self.counters.step < t.learning_starts.saturating_add(PATIENCE);
+        let nothing_yet = self.replay.valid_len() == 0
+            && self.counters.step < t.learning_starts.saturating_add(PATIENCE);
         if self.counters.step < t.learning_starts || nothing_yet {
             self.counters.update_credit = 0;
             return Ok(());

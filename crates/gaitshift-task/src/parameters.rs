@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 pub struct TerminationParameters {
     /// Greatest |θ| in rad (1.4 in the paper).
     pub pitch_limit_rad: f64,
-    /// *Open.* Lowest height of the hip axis in m; 0 switches the rule off. Without it the body
+    /// *Open.* Lowest height of the hip axis over the ground in m; at 0 only a hip below the ground ends an episode. Without it the body
     /// learns to crouch on the retracted end stops, which carry its weight free of charge.
     pub min_hip_height_m: f64,
     /// *Open.* Time limit of an episode in s: a truncation, not a termination.

@@ -27,7 +27,7 @@ pub(crate) fn require_within(
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PushRanges {
-    /// Mean time from one to the next, in s: each control period without one begins one with the same chance.
+    /// Mean time from the end of one to the beginning of the next, in s, to within a control period: each control period without one begins one with the same chance.
     pub interval_s: f64,
     /// Range of the forward force, in N.
     pub forward_n: [f64; 2],

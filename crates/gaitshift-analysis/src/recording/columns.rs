@@ -79,7 +79,7 @@ columns! {
     TIME_S "time_s" "Time since the first row, s.";
     OMEGA_V "omega_v" "Command: weight of forward speed in the reward (2), 1/(m/s).";
     X_M "x_m" "Forward position of the hip axis, m.";
-    Z_M "z_m" "Height of the hip axis over the ground, m.";
+    Z_M "z_m" "Height of the hip axis above z = 0, where flat ground is, m.";
     THETA_RAD "theta_rad" "Pitch of the hip segment, rad.";
     X_VELOCITY_M_PER_S "x_velocity_m_per_s" "Forward velocity of the hip axis, m/s.";
     Z_VELOCITY_M_PER_S "z_velocity_m_per_s" "Upward velocity of the hip axis, m/s.";

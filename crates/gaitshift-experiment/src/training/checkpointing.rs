@@ -184,7 +184,8 @@ impl Training {
     /// Writes the controller as it is.
     pub(super) fn write_last(&mut self) -> Result<(), TrainingError> {
         let mut from = Instant::now();
-        self.controller().write(&self.folder.file(LAST_CONTROLLER))?;
+        self.controller()
+            .write(&self.folder.file(LAST_CONTROLLER))?;
         lap(&mut from, &mut self.counters.parts.checkpointing_s);
         Ok(())
     }
