@@ -79,6 +79,16 @@ fn whole_strides_end_with_the_foot_they_began_with() {
     assert_eq!(strides(1.2, 3.8), Some((300, 700)));
     assert_eq!(strides(1.2, 2.4), None);
     assert_eq!(strides(1.1, 1.4), None);
+    // From a last touchdown of the left foot on it hops on the right one.
+    let hopping = record(10.0, |time_s| {
+        let mut frame = Gait::WALK.frame(time_s);
+        frame.contact[1] &= time_s < 2.0;
+        frame
+    });
+    let support = Support::find(&hopping, &ContactRule::default());
+    let window = hopping.window(1.2, 5.0).expect("rows");
+    let found = whole_strides(&support, window).expect("strides of the right foot");
+    assert_eq!((found.start_row(), found.end_row()), (400, 1000));
 }
 
 #[test]

@@ -76,7 +76,11 @@ fn stopped_and_continued_with_other_threads_it_is_the_same() {
 #[test]
 fn what_a_kill_kept_from_being_written_is_written_by_the_next_call() {
     let folder = tempfile::tempdir().unwrap();
-    let made = ["controller.safetensors", "controller-last.safetensors", "rounds.jsonl"];
+    let made = [
+        "controller.safetensors",
+        "controller-last.safetensors",
+        "rounds.jsonl",
+    ];
     begin(plan(), folder.path(), 2);
     let read = || made.map(|name| std::fs::read(folder.path().join(name)).unwrap());
     let before = read();

@@ -111,7 +111,7 @@ def main():
         allowed = learn("gaitshift.SAC", with_learner(train_ours), *sizes)
         if not arguments.ours_only:
             allowed = learn("Stable-Baselines3", with_learner(train_theirs), *sizes)
-        learn("gaitshift train", train_recipe, allowed, seed, arguments.out / f"seed-{seed}")
+        learn("gaitshift train", train_recipe, allowed, seed, arguments.out / f"gaitshift-train-{seed}")
 
     print(f"{'learner':<18} {'seed':>4} {'time':>7} {'return':>7}  time upright and speed at ω_v = 0, 1, 2, 3")
     for row in shown:

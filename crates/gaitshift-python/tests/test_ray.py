@@ -199,8 +199,17 @@ def test_bad_input_is_one_clear_error(tiny, tmp_path):
     assert "did you mean `friction`" in refused(tmp_path, "bad.toml")
     assert "none.toml" in refused(tmp_path, "none.toml")
     assert "no Ray cluster at 127.0.0.1:1" in refused(tmp_path, "sweep.toml", "--address", "127.0.0.1:1")
-    (tmp_path / "runs" / "on-ray" / "ray-trials.json").write_text("[]")
+    kept = tmp_path / "runs" / "on-ray" / "ray-trials.json"
+    trials = json.loads(kept.read_text())
+    kept.write_text("[]")
     assert "another --out" in refused(tmp_path, "sweep.toml")
+    # Runs of another program, which were replaced.
+    kept.unlink()
+    run = kept.parent / trials[1]["folder"]
+    run.mkdir(parents=True)
+    (run / "config.toml").write_text("")
+    assert f"{trials[1]['folder']} holds a run of another sweep" in refused(tmp_path, "sweep.toml")
+    assert not kept.exists()
 
 
 def test_a_worker_of_another_version_says_so():

@@ -430,16 +430,6 @@ impl Setting {
             Disturbed::new(disturbance, parameters, seed)
         });
         member.body = saved.body();
-        // Ground of its own may reach above where the shared body's soles would stand.
-        let mut start = start;
-        if opening.state.is_none()
-            && let Some(own) = member.body.as_ref().filter(|b| b.terrain().is_some())
-        {
-            let rise_m = own.lowest_hip_height(&start) - self.body.lowest_hip_height(&start);
-            if rise_m > 1e-9 {
-                start.z += rise_m;
-            }
-        }
         let body = member.body.as_ref().unwrap_or(&self.body);
         saved.environment = Environment::new(body, start, omega_v);
         saved.over = false;

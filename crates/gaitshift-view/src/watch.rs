@@ -19,7 +19,7 @@ const SEND_TIMEOUT: Duration = Duration::from_secs(20);
 /// The most rows from which the figures are taken, and rows between two sets of them.
 const MOST_ROWS: usize = 4000;
 const ROWS_PER_FIGURES: u64 = 10;
-/// A page takes a silent connection for a lost one; a program may think for long between two steps.
+/// A silent connection is closed ([`crate::guard`]); a program may think for long between two steps.
 const PING_INTERVAL: Duration = Duration::from_secs(15);
 
 /// A motion to be watched. Clones show the same motion.

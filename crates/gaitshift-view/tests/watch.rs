@@ -1,9 +1,10 @@
-//! Contract: a page that lags behind a motion of another program loses rows, but is told of the ground it goes on.
+//! Contract: a page that lags behind a motion of another program loses rows, but is told of the ground it goes on; one that
+//! is opened between two steps shows the body where it is.
 
 mod common;
 
 use common::{Socket, serve_show};
-use gaitshift_analysis::recording::{COLUMNS, RecordingMetadata};
+use gaitshift_analysis::recording::{COLUMNS, RecordingMetadata, column};
 use gaitshift_body::BodyParameters;
 use gaitshift_view::{Show, Watched};
 use std::time::Duration;
@@ -48,4 +49,25 @@ fn a_page_that_lags_behind_is_told_of_a_new_ground() {
     }
     let told = page.hear_text("\"epoch\":1,\"control_period_s\"");
     assert!(told.is_some_and(|t| t.contains("[1.0,0.1]")));
+}
+
+#[test]
+fn a_page_opened_between_two_steps_shows_where_the_body_is() {
+    let body = BodyParameters::default();
+    let watched = Watched::new("another program", &body, metadata(&body, None), Vec::new());
+    let mut row = vec![0.0; COLUMNS.len()];
+    for x_m in [1.0, 2.5] {
+        row[column::X_M.index()] = x_m;
+        watched.push(&row);
+    }
+    let mut page = Socket::open(serve_show(Show::Watched(watched)), "").unwrap();
+    page.hear_text("\"type\":\"bipeds\"").unwrap();
+    let sample = loop {
+        let (opcode, payload) = page.hear().unwrap();
+        if opcode == 2 {
+            break payload;
+        }
+    };
+    let value = 2.5_f32.to_le_bytes();
+    assert!(sample.windows(4).any(|bytes| bytes == value));
 }

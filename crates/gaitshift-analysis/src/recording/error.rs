@@ -59,7 +59,7 @@ pub enum RecordingError {
         such_as: String,
     },
     /// The operating system refused.
-    #[error("cannot {action} the recording {}: {source}; check the path, its permissions and the room on its disk", path.display())]
+    #[error("cannot {action} the recording {}: {source}; {}", path.display(), remedy(action))]
     Io {
         /// The file.
         path: PathBuf,
@@ -169,4 +169,12 @@ pub enum RecordingError {
         /// How it shows.
         reason: String,
     },
+}
+
+/// What helps where the operating system refuses to `action` a recording.
+fn remedy(action: &str) -> &'static str {
+    match action {
+        "write" => "check the path, its permissions and the room on its disk",
+        _ => "check the path and its permissions",
+    }
 }
