@@ -164,22 +164,25 @@ fn a_plan_that_cannot_be_followed_is_refused() {
                 pushes: 0,
                 ..plan()
             },
-            "0 pushes in a round",
+            "pushes in a round is 0",
         ),
         (
             HardeningPlan {
                 motions: 0,
                 ..plan()
             },
-            "0 motions",
+            "motions is 0",
         ),
-        (HardeningPlan { steps: 0, ..plan() }, "0 steps"),
+        (
+            HardeningPlan { steps: 0, ..plan() },
+            "steps of a round is 0",
+        ),
         (
             HardeningPlan {
                 compared: 0,
                 ..plan()
             },
-            "0 pushes to compare by",
+            "pushes to compare by is 0",
         ),
     ] {
         let refused = plan.validate().unwrap_err();

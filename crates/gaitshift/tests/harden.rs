@@ -57,7 +57,10 @@ fn bad_input_is_refused() {
     );
     place.refused("harden --impulse 20:x", &["`x` is not a number"]);
     place.refused("harden --impulse 20:1e9", &["from -1000 to 1000 N s"]);
-    place.refused("harden --pushes 0", &["0 pushes in a round"]);
+    place.refused(
+        "harden --pushes 0",
+        &["pushes in a round is 0", "between 1 and 10000"],
+    );
     place.refused("harden --omega-v 0,0", &["given twice"]);
     place.refused("harden --threads 0", &["1..=256"]);
     assert!(!place.path("out").exists());
