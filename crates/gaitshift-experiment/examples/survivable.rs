@@ -5,10 +5,11 @@
 //! What is found the body's motors can do, so that a controller might learn it. What is not found may still be possible.
 //! Tried as in `gaitshift stress`, from one start: a push is a force on the hip for 0.1 s, at eight phases of the stride,
 //! and is withstood if the body is up 8 s later; a step has its face 0.4 to 0.9 m in front of the hip, at eight places, and is
-//! withstood if the body gets 3 m beyond it.
+//! withstood if the body gets 3 m beyond it. With `touched` the offsets begin when a foot first touches the step: a controller
+//! that does not see it can do no more.
 //!
-//! `cargo run --release -p gaitshift-experiment --example survivable -- CONTROLLER push|step SIZE [OMEGA_V...]`, SIZE in
-//! N s (forward, less than 0: backward) or m, commands 0, 1, 2 and 3 by default; one line of JSON per command and phase or
+//! `cargo run --release -p gaitshift-experiment --example survivable -- CONTROLLER push|step|touched SIZE [OMEGA_V...]`, SIZE
+//! in N s (forward, less than 0: backward) or m, commands 0, 1, 2 and 3 by default; one line of JSON per command and phase or
 //! place.
 
 use gaitshift_body::{Body, RIGHT};
@@ -202,8 +203,27 @@ fn stride(controller: &mut Controller, body: &Body, omega_v: f64) -> Option<Vec<
     Some((0..TRIALS).map(at).collect())
 }
 
+/// The motion after the first control period in which a step changes it, if that comes: the next command is the first that can know.
+fn touched(
+    controller: &mut Controller,
+    mut simulation: Simulation,
+    mut on_flat: Simulation,
+    omega_v: f64,
+) -> Simulation {
+    let mut policy = Deterministic(&mut controller.policy);
+    let until_s = simulation.time_s() + STEP_S;
+    while simulation.state() == on_flat.state() && simulation.time_s() < until_s {
+        let over = simulation.step(omega_v, None, &mut policy).is_some();
+        on_flat.step(omega_v, None, &mut policy);
+        if over {
+            break;
+        }
+    }
+    simulation
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    const USAGE: &str = "usage: survivable CONTROLLER push|step SIZE [OMEGA_V...]";
+    const USAGE: &str = "usage: survivable CONTROLLER push|step|touched SIZE [OMEGA_V...]";
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [name, kind, size, commands @ ..] = arguments.as_slice() else {
         return Err(USAGE.into());
@@ -212,7 +232,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let size: f64 = size.parse()?;
     let pushed = match kind.as_str() {
         "push" => true,
-        "step" => false,
+        "step" | "touched" => false,
         _ => return Err(USAGE.into()),
     };
     let mut commands: Vec<f64> = commands
@@ -238,7 +258,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     .terrain
                     .steps
                     .push(TerrainStep { height_m, at_m });
+                let on_flat = settled.clone();
                 settled.change_body(disturbance.place(body.clone()));
+                if kind == "touched" {
+                    settled = touched(&mut controller, settled, on_flat, omega_v);
+                }
                 goal_m = Some(at_m + BEYOND_M);
             }
             trials.push(Trial {
