@@ -31,6 +31,8 @@ const AHEAD_M: f64 = 0.4;
 const FACES_M: f64 = 0.5;
 const BEYOND_M: f64 = 3.0;
 const STEP_S: f64 = 30.0;
+/// Out of reach of any motion here.
+const FAR_M: f64 = 1000.0;
 /// The offsets: straight lines between this many knots, this far apart.
 const KNOTS: usize = 20;
 const KNOT_S: f64 = 0.1;
@@ -163,6 +165,7 @@ impl Trial {
             "found": found,
             "controller_reaches": alone,
             "best_reaches": best,
+            "begins_s": self.settled.time_s(),
             "tried": tried,
         })
     }
@@ -203,18 +206,19 @@ fn stride(controller: &mut Controller, body: &Body, omega_v: f64) -> Option<Vec<
     Some((0..TRIALS).map(at).collect())
 }
 
-/// The motion after the first control period in which a step changes it, if that comes: the next command is the first that can know.
+/// The motion after the first control period in which a step changes it, if that comes: the next command is the first that can
+/// know. `far` is the same motion with the step out of reach.
 fn touched(
     controller: &mut Controller,
     mut simulation: Simulation,
-    mut on_flat: Simulation,
+    mut far: Simulation,
     omega_v: f64,
 ) -> Simulation {
     let mut policy = Deterministic(&mut controller.policy);
     let until_s = simulation.time_s() + STEP_S;
-    while simulation.state() == on_flat.state() && simulation.time_s() < until_s {
+    while simulation.state() == far.state() && simulation.time_s() < until_s {
         let over = simulation.step(omega_v, None, &mut policy).is_some();
-        on_flat.step(omega_v, None, &mut policy);
+        far.step(omega_v, None, &mut policy);
         if over {
             break;
         }
@@ -252,16 +256,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let mut goal_m = None;
             if !pushed {
                 let at_m = settled.state().x + AHEAD_M + FACES_M * index as f64 / TRIALS as f64;
-                let mut disturbance = Disturbance::default();
-                let height_m = size;
-                disturbance
-                    .terrain
-                    .steps
-                    .push(TerrainStep { height_m, at_m });
-                let on_flat = settled.clone();
-                settled.change_body(disturbance.place(body.clone()));
+                let stepped = |at_m| {
+                    let mut disturbance = Disturbance::default();
+                    let height_m = size;
+                    disturbance
+                        .terrain
+                        .steps
+                        .push(TerrainStep { height_m, at_m });
+                    disturbance.place(body.clone())
+                };
+                let mut far = settled.clone();
+                settled.change_body(stepped(at_m));
                 if kind == "touched" {
-                    settled = touched(&mut controller, settled, on_flat, omega_v);
+                    // Not the body on flat ground, which rounds otherwise.
+                    far.change_body(stepped(at_m + FAR_M));
+                    settled = touched(&mut controller, settled, far, omega_v);
                 }
                 goal_m = Some(at_m + BEYOND_M);
             }

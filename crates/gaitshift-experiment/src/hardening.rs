@@ -208,8 +208,11 @@ impl Hardening {
             rounds: Vec::new(),
         };
         if hardening.restore()? {
-            // A kill may have come between the state and what is made of it.
-            hardening.publish()?;
+            // A kill may have come between the state and what is made of it, of which the rounds are the last.
+            let written = std::fs::read_to_string(hardening.rounds_path());
+            if written.ok() != Some(hardening.lines()?) {
+                hardening.publish()?;
+            }
         } else {
             hardening.require_empty()?;
             hardening.finish(HardeningRound::default(), Instant::now())?;
@@ -374,6 +377,16 @@ impl Hardening {
         if self.rounds.last().is_some_and(|last| last.best) {
             controller.write(&self.best_path())?;
         }
+        let path = self.rounds_path();
+        durable::write(&path, self.lines()?.as_bytes()).map_err(io_error(&path))
+    }
+
+    fn rounds_path(&self) -> PathBuf {
+        self.folder.join("rounds.jsonl")
+    }
+
+    /// The rounds, a line each.
+    fn lines(&self) -> Result<String, TrainingError> {
         let mut lines = String::new();
         for round in &self.rounds {
             let line = serde_json::to_string(round)
@@ -381,8 +394,7 @@ impl Hardening {
             lines += &line;
             lines.push('\n');
         }
-        let path = self.folder.join("rounds.jsonl");
-        durable::write(&path, lines.as_bytes()).map_err(io_error(&path))
+        Ok(lines)
     }
 
     /// A push of the plan, drawn by `rng`; nothing if the body falls before it.

@@ -180,7 +180,7 @@ impl RunFolder {
         Ok(Some(file))
     }
 
-    /// Writes the configuration, the last file of a new run: a folder without it holds none.
+    /// Writes the configuration: a folder without it holds no run.
     pub fn write_config(&self, config: &str) -> Result<(), TrainingError> {
         let file = self.file(CONFIG);
         durable::write(&file, config.as_bytes()).map_err(io_error(&file))

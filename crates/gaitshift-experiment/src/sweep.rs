@@ -194,7 +194,7 @@ impl Sweep {
         let alike: Vec<String> = folders.iter().map(|name| name.to_lowercase()).collect();
         if let Some(name) = repeated(&alike) {
             return Err(wrong(format!(
-                "two variants have the folder name `{name}`; give them different names"
+                "two variants have the folder name `{name}`, in large or small letters; give `[[variants]]` with different names"
             )));
         }
         if let Some(name) = folders.iter().find(|name| name.len() > LONGEST_NAME) {
@@ -403,7 +403,7 @@ pub fn begin_trial(
     command: &str,
     settings: &TrialSettings,
 ) -> Result<Training, TrainingError> {
-    // The configuration is the last file of a new run.
+    // By its configuration a folder holds a run.
     let training = if RunFolder::at(folder).require_config().is_ok() {
         Training::resume(folder)?
     } else {

@@ -374,12 +374,12 @@ fn a_run_edited_to_more_updates_can_be_stopped_at_once_and_resumed() {
 fn a_run_killed_before_its_configuration_was_written_can_be_begun_again() {
     let root = tempfile::tempdir().unwrap();
     let folder = root.path().join("run");
-    drop(Training::new(unevaluated(), &folder, "test").unwrap());
-    // The order in which they were written: whatever is younger than the configuration may be missing.
-    let written = |name: &str| fs::metadata(folder.join(name)).unwrap().modified().unwrap();
-    assert!(written("config.toml") <= written("controller-last.safetensors"));
-    fs::remove_file(folder.join("controller-last.safetensors")).unwrap();
-    fs::remove_file(folder.join("config.toml")).unwrap();
+    // In the way of the configuration, which is written beside its place first.
+    let in_the_way = folder.join("config.toml.new");
+    fs::create_dir_all(&in_the_way).unwrap();
+    Training::new(unevaluated(), &folder, "test").unwrap_err();
+    assert!(!folder.join("controller-last.safetensors").exists());
+    fs::remove_dir(&in_the_way).unwrap();
     Training::new(unevaluated(), &folder, "test").unwrap();
 }
 

@@ -128,6 +128,11 @@ fn a_mistake_is_named_with_its_variant() {
             "two variants have the folder name `as-it-is`",
         ),
         (
+            "on ice/snow",
+            "AS it is",
+            "two variants have the folder name `as-it-is`",
+        ),
+        (
             "experiment = \"fast\"",
             "experiment = \"quick\"",
             "no recipe `quick`",

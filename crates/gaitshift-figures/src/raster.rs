@@ -77,9 +77,8 @@ pub(crate) fn fitting(text: &str, size: f64, widest: f64) -> String {
     if text_width(text, size) <= widest {
         return text.to_owned();
     }
-    let mut short = text.to_owned();
-    while !short.is_empty() && text_width(&short, size) > widest - 0.75 * size {
-        short.pop();
-    }
-    short + "…"
+    let ends: Vec<usize> = text.char_indices().map(|(end, _)| end).collect();
+    let fits = |&end: &usize| text_width(&text[..end], size) <= widest - 0.75 * size;
+    let longest = ends.partition_point(fits).saturating_sub(1);
+    format!("{}…", ends.get(longest).map_or("", |&end| &text[..end]))
 }

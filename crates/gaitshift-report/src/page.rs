@@ -36,8 +36,8 @@ const ASSUMPTIONS: [&str; 10] = [
      as many seconds: about 15 m at the slowest walk, more than 50 m at the fastest run.",
     "The walk and the run of a study are those at 0 and 3, or at the nearest commands that a run was trained with: the journal \
      version’s run is at 2.5. Its changes of gait have ramps of 0.6 s, the paper’s of 0.4 s.",
-    "The sample size is the number of seeds. Over several seeds numbers are interquartile means with 95 % bootstrap intervals, and \
-     shares of seeds have Wilson's interval; a single controller has no interval.",
+    "The sample size is the number of seeds. Over several seeds numbers are interquartile means with 95 % bootstrap intervals. \
+     A share of seeds has Wilson's interval where each does it always or never, otherwise that of a bootstrap of the mean. A single controller has no interval.",
 ];
 
 /// What the page shows.

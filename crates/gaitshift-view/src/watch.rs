@@ -197,7 +197,10 @@ impl Watched {
                 message = motion.recv() => match message {
                     Ok(message) => next.push_back(message),
                     // What it lost may have been the beginning of another motion.
-                    Err(broadcast::error::RecvError::Lagged(_)) => next = self.present(),
+                    Err(broadcast::error::RecvError::Lagged(_)) => {
+                        motion = motion.resubscribe();
+                        next = self.present();
+                    }
                     Err(broadcast::error::RecvError::Closed) => break,
                 },
                 heard = stream.next() => match heard {

@@ -140,7 +140,10 @@ const PLAIN: [(&str, &str); 5] = [
     ("expected f32", "expected a number"),
     ("expected usize", "expected a whole number, 0 or greater"),
     ("expected u64", "expected a whole number, 0 or greater"),
-    ("expected u32", "expected a whole number, 0 or greater"),
+    (
+        "expected u32",
+        "expected a whole number from 0 to 4294967295",
+    ),
 ];
 
 /// A parser's message of an unknown name, with what has become of it or the nearest known name instead of the list of
