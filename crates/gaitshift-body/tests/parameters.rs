@@ -1,7 +1,7 @@
 //! Contract: the defaults are a body of 40 kg that can be; whatever cannot be is refused by its key, its value and what is
 //! accepted; what can be but is probably not meant gets a warning; parameters go through TOML without losing a bit, and unknown keys are refused.
 
-use gaitshift_body::{Body, BodyParameters};
+use gaitshift_body::{Body, BodyParameters, BodyState, RIGHT};
 
 /// The default parameters with one of them replaced.
 fn with(key: &str, value: f64) -> BodyParameters {
@@ -171,4 +171,23 @@ fn segments_that_do_not_follow_the_leg_are_warned_of() {
             .iter()
             .any(|w| w.contains("below the sole"))
     );
+}
+
+// The lowest sphere alone was asked to carry the body, so that soft ground which all of them share was warned of.
+#[test]
+fn a_foot_that_sinks_in_is_warned_of_where_its_spheres_together_do_not_carry_it() {
+    let mut warned_of = Vec::new();
+    for stiffness in [1e3, 2e3, 5e3, 8e3, 1e4, 1.4e4, 3e4, 1e5] {
+        let parameters = changed(|b| b.contact_stiffness = stiffness);
+        let too_deep_m = 0.1 * parameters.foot_arc_radius_m;
+        let weight_n = parameters.total_mass_kg() * parameters.gravity_m_per_s2;
+        let warned = parameters.warnings().iter().any(|w| w.contains("sinks"));
+        let body = Body::new(parameters).unwrap();
+        let mut sunk = BodyState::with_leg_angles(&body, [0.0; 2]);
+        sunk.z -= too_deep_m;
+        let carried = body.foot_contact(&sunk, RIGHT).normal_n >= weight_n;
+        assert_eq!(warned, !carried, "{stiffness} N/m");
+        warned_of.push(warned);
+    }
+    assert!(warned_of[0] && !warned_of[5]);
 }
