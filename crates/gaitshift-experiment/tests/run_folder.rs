@@ -361,8 +361,7 @@ fn a_run_edited_to_more_updates_can_be_stopped_at_once_and_resumed() {
         .unwrap()
         .run(&mut Until::step(2500))
         .unwrap();
-    let resumed = edited(&folder, "steps_per_update = 1003", "steps_per_update = 1").unwrap();
-    let mut resumed = resumed;
+    let mut resumed = edited(&folder, "steps_per_update = 1003", "steps_per_update = 1").unwrap();
     resumed.run(&mut Until::step(1)).unwrap();
     drop(resumed);
     Training::resume(&folder).unwrap();
