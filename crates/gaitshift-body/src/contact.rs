@@ -67,22 +67,6 @@ pub(crate) struct ArcMotion {
     pub psi_dot: f64,
 }
 
-impl ArcMotion {
-    /// At rest at this height, in m, under an upright leg.
-    pub fn upright(height: f64) -> Self {
-        Self {
-            height,
-            from_hip: (0.0, 0.0),
-            x_dot: 0.0,
-            z_dot: 0.0,
-            psi: 0.0,
-            sin_psi: 0.0,
-            cos_psi: 1.0,
-            psi_dot: 0.0,
-        }
-    }
-}
-
 impl Sole {
     pub fn new(p: &BodyParameters) -> Self {
         let count = p.foot_sphere_count;

@@ -1,6 +1,5 @@
 //! Table 1 of the paper as defaults, and every choice that the paper leaves open, by name.
 
-use crate::contact::{ArcMotion, Sole};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -257,21 +256,31 @@ impl BodyParameters {
 
     /// How far one upright foot sinks into flat ground under a weight at rest, in m; infinite if nothing carries it.
     fn standing_depth_m(&self, weight_n: f64) -> f64 {
+        let last = self.foot_sphere_count.saturating_sub(1) as f64;
+        let of_sphere = |j: usize| match last {
+            0.0 => 1.0,
+            last => (self.foot_arc_half_angle_rad * (2.0 * j as f64 / last - 1.0)).cos(),
+        };
+        let lowest = (0..self.foot_sphere_count)
+            .map(of_sphere)
+            .fold(-1.0, f64::max);
+        let arc_m = self.foot_arc_radius_m - self.foot_sphere_radius_m;
+        let force_n = |depth_m: f64| -> f64 {
+            let of_depth = |j| (depth_m - arc_m * (lowest - of_sphere(j))).max(0.0);
+            let spheres = (0..self.foot_sphere_count).map(of_depth);
+            spheres
+                .map(|d| self.contact_stiffness * d.powf(self.contact_exponent))
+                .sum()
+        };
         // The lowest sphere alone would sink this far.
         let mut deepest = (weight_n / self.contact_stiffness).powf(1.0 / self.contact_exponent);
-        if self.foot_sphere_count == 0 || !deepest.is_finite() {
-            return f64::INFINITY;
+        if !deepest.is_finite() {
+            return deepest;
         }
-        let sole = Sole::new(self);
-        let touching_m = sole.touching_height(0.0);
         let mut least = 0.0;
         for _ in 0..50 {
             let middle = 0.5 * (least + deepest);
-            if sole
-                .contact(&ArcMotion::upright(touching_m - middle))
-                .normal_n
-                < weight_n
-            {
+            if force_n(middle) < weight_n {
                 least = middle;
             } else {
                 deepest = middle;
