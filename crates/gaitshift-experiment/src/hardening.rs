@@ -1,6 +1,7 @@
-//! A controller learns to withstand pushes that it falls from, by imitating ways to withstand them that a search finds. In every
-//! round, motions are pushed at random; where the controller falls, the cross-entropy method looks for offsets to its commands with which
-//! it does not; then it is fitted to what was done with them and, so that it keeps what it can do, to what it did before.
+//! A controller learns to withstand pushes and steps that it falls from, by imitating ways to withstand them that a search finds. In
+//! every round, motions are disturbed at random; where the controller falls, or does not get over a step, the cross-entropy method
+//! looks for offsets to its commands with which it does; then it is fitted to what was done with them and, so that it keeps what it
+//! can do, to what it did before.
 //!
 //! A round follows from the state before it and its number alone, so that the result depends neither on the threads nor on
 //! whether it was stopped and continued.
@@ -19,7 +20,7 @@ use crate::provenance::Provenance;
 use crate::run_folder::RunFolder;
 use crate::training::task_mirror;
 use crate::training_error::{TrainingError, io_error};
-use case::{Case, NO_OFFSETS, Pairs};
+use case::{Case, Kind, NO_OFFSETS, Pairs};
 use gaitshift_body::Body;
 use gaitshift_sac::{Imitation, Mirror, Policy, Rehearsal};
 use gaitshift_task::{ACTION_SIZE, OBSERVATION_SIZE, OMEGA_V_MAX};
@@ -32,7 +33,7 @@ use std::time::Instant;
 
 /// Motions of the controller so far, for so many of the one that it was, whose states are remembered in a round.
 const MOTIONS_NOW: f64 = 0.15;
-/// What is imitated of a push, in s from its begin.
+/// What is imitated of a push or a step, in s from its begin or its first touch.
 const IMITATED_S: f64 = 2.0;
 /// Rounds whose ways are imitated.
 const ROUNDS_IMITATED: usize = 20;
@@ -41,6 +42,9 @@ const LEARNING_RATE: [f64; 2] = [1e-3, 1e-4];
 const ROWS: usize = 128;
 /// Weights of what it did before, of found ways, and of what it withstood.
 const WEIGHTS: [f64; 3] = [1.0, 4.0, 1.0];
+
+/// The highest step that may be asked for, in m.
+pub const STEP_UP_MAX_M: f64 = 0.2;
 
 /// What is to be withstood, and how thoroughly that is learned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -52,13 +56,20 @@ pub struct HardeningPlan {
     pub impulse_n_s: Vec<[f64; 2]>,
     /// Pushes in a round.
     pub pushes: usize,
+    /// Commands at which steps up are met, each as likely.
+    pub step_omega_v: Vec<f64>,
+    /// Ranges of a step's height in m, each as likely. Where its face is, is random.
+    pub step_up_m: Vec<[f64; 2]>,
+    /// Steps up in a round; may be 0.
+    pub steps_up: usize,
     /// Seed of everything random.
     pub seed: u64,
     /// Motions of the controller as it was, of 10 s each, whose states it is to answer as before.
     pub motions: usize,
     /// Steps of Adam in a round.
     pub steps: usize,
-    /// Pushes by which the controllers of all rounds are compared, none of them one of a round's.
+    /// Pushes, and as many steps if a round has any, by which the controllers of all rounds are compared, none of them one of a
+    /// round's.
     pub compared: usize,
 }
 
@@ -68,6 +79,9 @@ impl Default for HardeningPlan {
             omega_v: vec![0.0],
             impulse_n_s: vec![[20.0, 36.0], [-36.0, -20.0]],
             pushes: 80,
+            step_omega_v: vec![0.0],
+            step_up_m: vec![[0.005, 0.035]],
+            steps_up: 0,
             seed: 1,
             motions: 400,
             steps: 4000,
@@ -83,11 +97,12 @@ impl HardeningPlan {
     /// The first value that is out of its range.
     pub fn validate(&self) -> Result<(), String> {
         let command = |w: &f64| w.abs() <= OMEGA_V_MAX;
-        if self.omega_v.is_empty() || !self.omega_v.iter().all(command) {
-            return Err(format!(
-                "the commands are {:?}, but must be at least one, each between -100 and 100",
-                self.omega_v
-            ));
+        for (what, omega_v) in [("", &self.omega_v), (" for steps", &self.step_omega_v)] {
+            if omega_v.is_empty() || !omega_v.iter().all(command) {
+                return Err(format!(
+                    "the commands{what} are {omega_v:?}, but must be at least one, each between -100 and 100"
+                ));
+            }
         }
         let range = |[from, to]: &[f64; 2]| from <= to && from.abs().max(to.abs()) <= 1000.0;
         if self.impulse_n_s.is_empty() || !self.impulse_n_s.iter().all(range) {
@@ -96,15 +111,24 @@ impl HardeningPlan {
                 self.impulse_n_s
             ));
         }
-        for (what, number, most) in [
-            ("pushes in a round", self.pushes, 10_000),
-            ("motions", self.motions, 10_000),
-            ("steps of a round", self.steps, 1_000_000),
-            ("pushes to compare by", self.compared, 10_000),
+        let height = |[from, to]: &[f64; 2]| 0.0 < *from && from <= to && *to <= STEP_UP_MAX_M;
+        if self.step_up_m.is_empty() || !self.step_up_m.iter().all(height) {
+            return Err(format!(
+                "the heights of steps are {:?} m, but must be at least one range from a smaller to a greater one, all above 0 and \
+                 none above {STEP_UP_MAX_M}",
+                self.step_up_m
+            ));
+        }
+        for (what, number, least, most) in [
+            ("pushes in a round", self.pushes, 1, 10_000),
+            ("steps up in a round", self.steps_up, 0, 10_000),
+            ("motions", self.motions, 1, 10_000),
+            ("steps of Adam in a round", self.steps, 1, 1_000_000),
+            ("pushes to compare by", self.compared, 1, 10_000),
         ] {
-            if !(1..=most).contains(&number) {
+            if !(least..=most).contains(&number) {
                 return Err(format!(
-                    "the number of {what} is {number}, but it must be between 1 and {most}"
+                    "the number of {what} is {number}, but it must be between {least} and {most}"
                 ));
             }
         }
@@ -117,31 +141,63 @@ impl HardeningPlan {
 pub struct HardeningRound {
     /// Its number, from 1; 0 is the controller as it was.
     pub round: usize,
-    /// Pushed motions of the round: those that fell undisturbed are none.
-    pub pushed: usize,
-    /// How many of them the controller withstood alone, before the round's fitting.
-    pub alone: usize,
-    /// For how many of the others a way was found.
-    pub found: usize,
-    /// Motions tried for that.
+    /// Of the pushes.
+    pub pushes: Outcomes,
+    /// Of the steps up.
+    pub steps_up: Outcomes,
+    /// Motions tried by the searches.
     pub tried: usize,
     /// mean |μ(s) − a|² over found ways at the end of the fitting.
     pub found_loss: f64,
     /// The same over what the controller did before.
     pub before_loss: f64,
-    /// How many of the pushes by which all rounds are compared the fitted controller withstands.
-    pub withstood: usize,
-    /// How many these are.
-    pub compared: usize,
     /// Criteria that it meets, on flat ground and undisturbed.
     pub met: usize,
     /// Their number.
     pub criteria: usize,
-    /// Whether it is the best so far: it meets at least as many criteria as the controller did at first, and withstands more than
-    /// any best one before.
+    /// Whether it is the best so far: it meets at least as many criteria as the controller did at first, and withstands more of
+    /// what all rounds are compared by, pushes and steps together, than any best one before.
     pub best: bool,
     /// Wall-clock so far, in s.
     pub elapsed_s: f64,
+}
+
+impl HardeningRound {
+    /// How many of the disturbances by which all rounds are compared the fitted controller withstands.
+    pub fn withstood(&self) -> usize {
+        self.pushes.withstood + self.steps_up.withstood
+    }
+
+    fn outcomes(&mut self, kind: Kind) -> &mut Outcomes {
+        match kind {
+            Kind::Push => &mut self.pushes,
+            Kind::StepUp => &mut self.steps_up,
+        }
+    }
+}
+
+/// The first `pushes` are pushes, all others steps.
+fn kind(index: usize, pushes: usize) -> Kind {
+    if index < pushes {
+        Kind::Push
+    } else {
+        Kind::StepUp
+    }
+}
+
+/// What disturbances of a kind came to in a round.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Outcomes {
+    /// Motions of the round that were disturbed: those that fell before are none.
+    pub met: usize,
+    /// How many of them the controller withstood alone, before the round's fitting.
+    pub alone: usize,
+    /// For how many of the others a way was found.
+    pub found: usize,
+    /// How many of those by which all rounds are compared the fitted controller withstands.
+    pub withstood: usize,
+    /// How many these are.
+    pub compared: usize,
 }
 
 /// A controller that is being hardened, and the folder that holds what came of it: `controller.safetensors` is the best so far,
@@ -241,37 +297,40 @@ impl Hardening {
             self.before = self.motions(self.plan.motions, true, &self.original.policy, 0);
         }
         let policy = self.judged();
-        let pushes = in_parallel(self.threads, self.plan.pushes, |index| {
+        let cases = self.plan.pushes + self.plan.steps_up;
+        let tried = in_parallel(self.threads, cases, |index| {
             let mut rng = self.stream(number, index);
             let mut policy = policy.clone();
-            let case = self.case(&mut policy, &mut rng)?;
+            let kind = kind(index, self.plan.pushes);
+            let case = self.case(kind, &mut policy, &mut rng)?;
             let alone = case.withstood(&mut policy, &NO_OFFSETS);
             let (offsets, tried) = if alone {
                 (Some(NO_OFFSETS), 0)
             } else {
                 search::search(&case, &mut policy, &mut rng)
             };
-            let mut pairs = Pairs::default();
-            if let Some(offsets) = &offsets {
-                let recorded = Some((&mut pairs, IMITATED_S));
-                case.up_s(&mut policy, offsets, IMITATED_S, recorded);
-            }
-            Some((alone, pairs, tried))
+            let pairs = offsets.map(|offsets| case.record(&mut policy, &offsets, IMITATED_S));
+            Some((kind, alone, pairs, tried))
         });
         let mut round = HardeningRound {
             round: number,
             ..HardeningRound::default()
         };
         let (mut found, mut own) = (Pairs::default(), Pairs::default());
-        for (alone, pairs, tried) in pushes.into_iter().flatten() {
-            round.pushed += 1;
+        for (kind, alone, pairs, tried) in tried.into_iter().flatten() {
             round.tried += tried;
-            if alone {
-                round.alone += 1;
-                own.append(&pairs);
-            } else if pairs.rows() > 0 {
-                round.found += 1;
-                found.append(&pairs);
+            let outcomes = round.outcomes(kind);
+            outcomes.met += 1;
+            match pairs {
+                Some(pairs) if alone => {
+                    outcomes.alone += 1;
+                    own.append(&pairs);
+                }
+                Some(pairs) => {
+                    outcomes.found += 1;
+                    found.append(&pairs);
+                }
+                None => {}
             }
         }
         for (rounds, pairs) in [(&mut self.found, found), (&mut self.alone, own)] {
@@ -335,15 +394,24 @@ impl Hardening {
     /// Compares the controller with those before it, and writes everything.
     fn finish(&mut self, mut round: HardeningRound, clock: Instant) -> Result<(), TrainingError> {
         let mut controller = self.controller();
-        let withstood = in_parallel(self.threads, self.plan.compared, |index| {
+        let compared = self.plan.compared;
+        let of_both = if self.plan.steps_up > 0 {
+            2 * compared
+        } else {
+            compared
+        };
+        let withstood = in_parallel(self.threads, of_both, |index| {
             // Those of no round: as many as there can be are before.
             let mut rng = self.stream(usize::MAX, index);
             let mut policy = controller.policy.clone();
-            let case = self.case(&mut policy, &mut rng);
+            let case = self.case(kind(index, compared), &mut policy, &mut rng);
             case.is_some_and(|case| case.withstood(&mut policy, &NO_OFFSETS))
         });
-        round.compared = withstood.len();
-        round.withstood = withstood.into_iter().filter(|up| *up).count();
+        for (index, up) in withstood.into_iter().enumerate() {
+            let outcomes = round.outcomes(kind(index, compared));
+            outcomes.compared += 1;
+            outcomes.withstood += usize::from(up);
+        }
         let mut control = Deterministic(&mut controller.policy);
         let judgement = judge(
             &self.body,
@@ -358,10 +426,10 @@ impl Hardening {
             .rounds
             .iter()
             .filter(|r| r.best)
-            .map(|r| r.withstood)
+            .map(HardeningRound::withstood)
             .max();
         let met_at_first = self.rounds.first().map_or(0, |first| first.met);
-        round.best = round.met >= met_at_first && most.is_none_or(|most| round.withstood > most);
+        round.best = round.met >= met_at_first && most.is_none_or(|most| round.withstood() > most);
         let earlier_s = self.rounds.last().map_or(0.0, |last| last.elapsed_s);
         round.elapsed_s = earlier_s + clock.elapsed().as_secs_f64();
         self.rounds.push(round);
@@ -397,17 +465,10 @@ impl Hardening {
         Ok(lines)
     }
 
-    /// A push of the plan, drawn by `rng`; nothing if the body falls before it.
-    fn case(&self, policy: &mut Policy, rng: &mut Xoshiro256PlusPlus) -> Option<Case> {
-        let (plan, task) = (&self.plan, &self.original.task);
-        Case::draw(
-            policy,
-            &self.body,
-            task,
-            &plan.omega_v,
-            &plan.impulse_n_s,
-            rng,
-        )
+    /// A disturbance of the plan, drawn by `rng`; nothing if the body falls before it.
+    fn case(&self, kind: Kind, policy: &mut Policy, rng: &mut Xoshiro256PlusPlus) -> Option<Case> {
+        let task = &self.original.task;
+        Case::draw(kind, &self.plan, policy, &self.body, task, rng)
     }
 
     /// The policy that acts.

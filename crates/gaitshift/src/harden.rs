@@ -1,4 +1,4 @@
-//! `gaitshift harden`: a controller learns to withstand pushes that it falls from.
+//! `gaitshift harden`: a controller learns to withstand pushes and steps that it falls from.
 
 use crate::arguments::{HardenArguments, distinct_commands};
 use crate::failure::Failure;
@@ -6,7 +6,7 @@ use crate::motion::load_controller;
 use crate::output;
 use crate::progress::duration;
 use crate::train::catch_interrupts;
-use gaitshift_experiment::{Hardening, HardeningPlan, HardeningRound, quoted};
+use gaitshift_experiment::{Hardening, HardeningPlan, HardeningRound, Outcomes, quoted};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -30,6 +30,7 @@ pub fn run(arguments: &HardenArguments) -> Result<(), Failure> {
     let a = arguments;
     let mut plan = HardeningPlan {
         pushes: a.pushes,
+        steps_up: a.steps_up,
         seed: a.seed,
         ..HardeningPlan::default()
     };
@@ -38,6 +39,12 @@ pub fn run(arguments: &HardenArguments) -> Result<(), Failure> {
     }
     if !a.impulse.is_empty() {
         plan.impulse_n_s.clone_from(&a.impulse);
+    }
+    if !a.step_height.is_empty() {
+        plan.step_up_m.clone_from(&a.step_height);
+    }
+    if !a.step_omega_v.is_empty() {
+        plan.step_omega_v = distinct_commands(&a.step_omega_v).map_err(Failure::input)?;
     }
     plan.validate().map_err(Failure::input)?;
     let controller = load_controller(a.which.controller.as_deref())?;
@@ -90,25 +97,44 @@ pub fn run(arguments: &HardenArguments) -> Result<(), Failure> {
 }
 
 fn header(plan: &HardeningPlan) -> Result<(), Failure> {
+    let (of, others) = match plan.steps_up {
+        0 => (format!("{} pushes", plan.pushes), "pushes"),
+        steps => (
+            format!("{} pushes and {steps} steps", plan.pushes),
+            "pushes and steps",
+        ),
+    };
     let what = format!(
-        "Of {} pushes in a round: how many the controller withstands alone, and for how many others a way is found. Then, fitted \
-         to these ways: how many of other pushes it withstands, and the criteria that it meets.",
-        plan.pushes
+        "Of {of} in a round: how many the controller withstands alone, and for how many others a way is found. Then, fitted to \
+         these ways: how many of other {others} it withstands, and the criteria that it meets.",
     );
     output::text(&what, 0)?;
-    output::line("round  alone  found  withstands  criteria")
+    if plan.steps_up > 0 {
+        output::line("       pushes                    steps up")?;
+        output::line("round  alone  found  withstands  alone  found  withstands  criteria")
+    } else {
+        output::line("round  alone  found  withstands  criteria")
+    }
 }
 
 fn row(r: &HardeningRound) -> String {
-    let [alone, found] = if r.round == 0 {
-        [String::new(), String::new()]
-    } else {
-        [r.alone.to_string(), r.found.to_string()]
+    let columns = |outcomes: &Outcomes| {
+        let [alone, found] = if r.round == 0 {
+            [String::new(), String::new()]
+        } else {
+            [outcomes.alone.to_string(), outcomes.found.to_string()]
+        };
+        let withstands = format!("{} of {}", outcomes.withstood, outcomes.compared);
+        format!("  {alone:>5}  {found:>5}  {withstands:>10}")
+    };
+    let steps_up = match r.steps_up.compared {
+        0 => String::new(),
+        _ => columns(&r.steps_up),
     };
     format!(
-        "{:>5}  {alone:>5}  {found:>5}  {:>10}  {:>8}{}",
+        "{:>5}{}{steps_up}  {:>8}{}",
         r.round,
-        format!("{} of {}", r.withstood, r.compared),
+        columns(&r.pushes),
         format!("{}/{}", r.met, r.criteria),
         if r.best && r.round > 0 {
             "  the best so far"
@@ -121,14 +147,27 @@ fn row(r: &HardeningRound) -> String {
 fn describe(rounds: &[HardeningRound], controller: &str) -> Result<(), Failure> {
     let best = rounds.iter().rev().find(|round| round.best);
     if let (Some(best), Some(first), Some(last)) = (best, rounds.first(), rounds.last()) {
+        let kinds = [
+            ("pushes", &best.pushes, &first.pushes),
+            ("steps", &best.steps_up, &first.steps_up),
+        ];
+        let withstands: Vec<String> = kinds
+            .into_iter()
+            .filter(|(_, best, _)| best.compared > 0)
+            .map(|(what, best, first)| {
+                let (withstood, compared) = (best.withstood, best.compared);
+                format!(
+                    "{withstood} of {compared} {what} ({} before)",
+                    first.withstood
+                )
+            })
+            .collect();
         output::line(&format!(
-            "{} rounds in {}; the best, of round {}, withstands {} of {} pushes ({} before) and meets {} of {} criteria ({} before)",
+            "{} rounds in {}; the best, of round {}, withstands {}, and meets {} of {} criteria ({} before)",
             last.round,
             duration(last.elapsed_s),
             best.round,
-            best.withstood,
-            best.compared,
-            first.withstood,
+            withstands.join(" and "),
             best.met,
             best.criteria,
             first.met,

@@ -18,9 +18,11 @@ fn the_json_has_what_is_promised_and_the_same_command_goes_on() {
         (&first["met"], &first["criteria"]),
         (&38.into(), &39.into())
     );
-    assert_eq!(first["compared"], 128);
-    let withstood = first["withstood"].as_u64().unwrap();
+    let pushes = &first["pushes"];
+    assert_eq!(pushes["compared"], 128);
+    let withstood = pushes["withstood"].as_u64().unwrap();
     assert!((20..120).contains(&withstood), "{first}");
+    assert_eq!(first["steps_up"]["compared"], 0);
     assert_eq!(value["plan"]["omega_v"], serde_json::json!([0.0]));
     assert_eq!(value["controller"], "out/harden/controller.safetensors");
     for name in ["controller", "controller-last", "state"] {
@@ -45,6 +47,27 @@ fn the_json_has_what_is_promised_and_the_same_command_goes_on() {
 }
 
 #[test]
+fn steps_have_columns_of_their_own() {
+    let place = Place::new();
+    let text = place.stdout(&format!("{SHORT} --steps-up 5 --step-height 0.01:0.02"));
+    let value = place.json(&format!(
+        "{SHORT} --steps-up 5 --step-height 0.01:0.02 --json"
+    ));
+    assert_eq!(
+        value["plan"]["step_up_m"],
+        serde_json::json!([[0.01, 0.02]])
+    );
+    let steps = &value["rounds"][0]["steps_up"];
+    assert_eq!(steps["compared"], 128);
+    let withstood = steps["withstood"].as_u64().unwrap();
+    assert!((64..=128).contains(&withstood), "{steps}");
+    let row = format!("{withstood} of 128     38/39");
+    assert!(text.contains(&row), "{row}: {text}");
+    let said = format!("{withstood} of 128 steps ({withstood} before)");
+    assert!(text.contains(&said), "{said}: {text}");
+}
+
+#[test]
 fn bad_input_is_refused() {
     let place = Place::new();
     place.refused(
@@ -62,6 +85,19 @@ fn bad_input_is_refused() {
         &["pushes in a round is 0", "between 1 and 10000"],
     );
     place.refused("harden --omega-v 0,0", &["given twice"]);
+    place.refused("harden --step-height 0.01", &["--steps-up"]);
+    place.refused(
+        "harden --steps-up 5 --step-height 0.03:0.01",
+        &["FROM is greater than TO", "0.01:0.03"],
+    );
+    place.refused(
+        "harden --steps-up 5 --step-height 3",
+        &["from 0.001 to 0.2 m"],
+    );
+    place.refused(
+        "harden --steps-up 10001",
+        &["steps up in a round is 10001", "between 0 and 10000"],
+    );
     place.refused("harden --threads 0", &["1..=256"]);
     assert!(!place.path("out").exists());
 }

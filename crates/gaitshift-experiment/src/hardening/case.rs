@@ -1,24 +1,43 @@
-//! A push on a motion that has settled, and how it goes on under the controller's commands with offsets to them.
+//! A push or a step on a motion that has settled, and how it goes on under the controller's commands with offsets to them.
 
+use super::HardeningPlan;
 use crate::controller::Deterministic;
 use crate::simulation::{Control, Simulation};
 use gaitshift_body::Body;
 use gaitshift_sac::Policy;
-use gaitshift_task::{ACTION_SIZE, Environment, OBSERVATION_SIZE, TaskParameters};
+use gaitshift_task::{
+    ACTION_SIZE, Disturbance, Environment, OBSERVATION_SIZE, TaskParameters, TerrainStep,
+};
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Duration of a push, in s.
 const PUSH_S: f64 = 0.1;
-/// When offsets begin after the push does, in s. Before that the body's state says little of the push, so that no policy could
-/// tell what to do.
+/// When offsets begin after a push does, in s. Before that the body's state says little of the push, so that no policy could
+/// tell what to do. After the first touch of a step they begin at once.
 const ONSET_S: f64 = 0.06;
 /// Offsets are straight lines between this many knots, this far apart in s, then 0.
 pub(super) const KNOTS: usize = 20;
 const KNOT_S: f64 = 0.1;
-/// Time for which the body has to be up after the push begins, in s.
-const WITHSTOOD_S: f64 = 8.0;
-/// Time under the command before the push, in s: this, and up to as much more as covers any phase of a stride.
+/// A push is withstood by a body that is up so long after its begin, in s, and may be by one that is after the time of a sample:
+/// most falls take less.
+const UP_S: f64 = 8.0;
+const SAMPLE_UP_S: f64 = 4.0;
+/// A step is withstood by a body whose hip gets so far beyond its face, in m, within this time from the first touch on, in s, and
+/// may be by one that gets as far as a sample has to.
+const BEYOND_M: f64 = 3.0;
+const BEYOND_S: f64 = 12.0;
+const SAMPLE_BEYOND_M: f64 = 1.0;
+const SAMPLE_BEYOND_S: f64 = 4.0;
+/// The least distance of a step's face before the hip of the settled motion, how much further it may be, and out of reach, in m.
+const FACE_AHEAD_M: f64 = 0.4;
+const FACES_M: f64 = 1.0;
+const OUT_OF_REACH_M: f64 = 1000.0;
+/// The most that a fall counts for, of 1.
+const NEARLY: f64 = 1.0 - f64::EPSILON;
+/// Time in which a step has to be touched, in s.
+const TOUCHED_S: f64 = 20.0;
+/// Time under the command before the disturbance, in s: this, and up to as much more as covers any phase of a stride.
 const SETTLING_S: f64 = 6.0;
 const PHASES_S: f64 = 2.0;
 
@@ -55,28 +74,53 @@ impl Pairs {
     }
 }
 
-/// A motion that is about to be pushed.
+/// What disturbs a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Push,
+    StepUp,
+}
+
+/// A motion that is about to be pushed, or that has just touched a step.
 #[derive(Debug, Clone)]
 pub(super) struct Case {
     settled: Simulation,
     omega_v: f64,
+    met: Met,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Met {
     /// Forward; less than 0: backward.
-    impulse_n_s: f64,
+    Push { impulse_n_s: f64 },
+    /// Where the face is.
+    Step { at_m: f64 },
+}
+
+/// How thoroughly a case is tried.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Trial {
+    Sample,
+    Whole,
 }
 
 impl Case {
-    /// A case that `rng` draws, of these commands and ranges of impulses, each as likely; nothing if the body falls undisturbed.
+    /// A case of the plan that `rng` draws; nothing if the body falls undisturbed, or never touches the step.
     pub fn draw(
+        kind: Kind,
+        plan: &HardeningPlan,
         policy: &mut Policy,
         body: &Body,
         task: &TaskParameters,
-        omega_v: &[f64],
-        impulses_n_s: &[[f64; 2]],
         rng: &mut Xoshiro256PlusPlus,
     ) -> Option<Self> {
-        let omega_v = omega_v[rng.random_range(0..omega_v.len())];
-        let [from, to] = impulses_n_s[rng.random_range(0..impulses_n_s.len())];
-        let impulse_n_s = from + (to - from) * rng.random::<f64>();
+        let (commands, sizes) = match kind {
+            Kind::Push => (&plan.omega_v, &plan.impulse_n_s),
+            Kind::StepUp => (&plan.step_omega_v, &plan.step_up_m),
+        };
+        let omega_v = commands[rng.random_range(0..commands.len())];
+        let [from, to] = sizes[rng.random_range(0..sizes.len())];
+        let size = from + (to - from) * rng.random::<f64>();
         let until_s = SETTLING_S + PHASES_S * rng.random::<f64>();
         let start = Environment::random_start(body, task, rng);
         let mut settled = Simulation::new(body, task, start, omega_v);
@@ -88,59 +132,144 @@ impl Case {
                 return None;
             }
         }
+        let met = match kind {
+            Kind::Push => Met::Push { impulse_n_s: size },
+            Kind::StepUp => {
+                let at_m = settled.state().x + FACE_AHEAD_M + FACES_M * rng.random::<f64>();
+                settled = touched(settled, size, at_m, omega_v, policy)?;
+                Met::Step { at_m }
+            }
+        };
         Some(Self {
             settled,
             omega_v,
-            impulse_n_s,
+            met,
         })
     }
 
-    /// For how long it stays up, in s, `duration_s` at most, and what was done up to `record_s` where that is asked for.
-    pub fn up_s(
+    /// How much of the way to withstanding it the body gets, 1 for all of it.
+    pub fn share(&self, policy: &mut Policy, offsets: &Offsets, trial: Trial) -> f64 {
+        let (goal, within_s) = match (self.met, trial) {
+            (Met::Push { .. }, Trial::Sample) => (Goal::Up, SAMPLE_UP_S),
+            (Met::Push { .. }, Trial::Whole) => (Goal::Up, UP_S),
+            (Met::Step { at_m }, Trial::Sample) => {
+                (Goal::At(at_m + SAMPLE_BEYOND_M), SAMPLE_BEYOND_S)
+            }
+            (Met::Step { at_m }, Trial::Whole) => (Goal::At(at_m + BEYOND_M), BEYOND_S),
+        };
+        self.go(policy, offsets, within_s, goal, None)
+    }
+
+    /// Whether it is withstood.
+    pub fn withstood(&self, policy: &mut Policy, offsets: &Offsets) -> bool {
+        self.share(policy, offsets, Trial::Whole) >= 1.0
+    }
+
+    /// What is done in the first `duration_s`.
+    pub fn record(&self, policy: &mut Policy, offsets: &Offsets, duration_s: f64) -> Pairs {
+        let mut pairs = Pairs::default();
+        self.go(policy, offsets, duration_s, Goal::Up, Some(&mut pairs));
+        pairs
+    }
+
+    /// The share of the goal that is got to in `duration_s`.
+    fn go(
         &self,
         policy: &mut Policy,
         offsets: &Offsets,
         duration_s: f64,
-        recorded: Option<(&mut Pairs, f64)>,
+        goal: Goal,
+        recorded: Option<&mut Pairs>,
     ) -> f64 {
         let mut simulation = self.settled.clone();
         let period_s = simulation.control_period_s();
         let periods = |time_s: f64| (time_s / period_s).round() as usize;
-        let mut pushed = Pushed {
+        let (push_n, onset_s) = match self.met {
+            Met::Push { impulse_n_s } => (Some([impulse_n_s / PUSH_S, 0.0]), ONSET_S),
+            Met::Step { .. } => (None, 0.0),
+        };
+        let mut disturbed = Disturbed {
             policy,
             offsets,
             period: 0,
-            onset: periods(ONSET_S),
+            onset: periods(onset_s),
             period_s,
-            recorded: recorded.map(|(pairs, until_s)| (pairs, periods(until_s))),
+            recorded,
         };
-        let push_n = [self.impulse_n_s / PUSH_S, 0.0];
-        for k in 0..periods(duration_s) {
-            let push = (k < periods(PUSH_S)).then_some(push_n);
-            if simulation.step(self.omega_v, push, &mut pushed).is_some() {
-                return k as f64 * period_s;
+        let begin_m = simulation.state().x;
+        let whole = periods(duration_s);
+        let mut reached: f64 = 0.0;
+        for k in 0..whole {
+            let push_n = push_n.filter(|_| k < periods(PUSH_S));
+            let over = simulation.step(self.omega_v, push_n, &mut disturbed);
+            reached = match goal {
+                Goal::Up => (k + 1) as f64 / whole as f64,
+                Goal::At(to_m) => (simulation.state().x - begin_m) / (to_m - begin_m),
+            };
+            if over.is_some() {
+                // Also where it falls at the goal.
+                return reached.min(NEARLY);
+            }
+            if reached >= 1.0 {
+                break;
             }
         }
-        duration_s
-    }
-
-    /// Whether it is up at the end.
-    pub fn withstood(&self, policy: &mut Policy, offsets: &Offsets) -> bool {
-        self.up_s(policy, offsets, WITHSTOOD_S, None) >= WITHSTOOD_S
+        reached
     }
 }
 
+/// What a body has to do: be up at the end, or have its hip get somewhere.
+#[derive(Clone, Copy)]
+enum Goal {
+    Up,
+    At(f64),
+}
+
+/// The motion after the first control period in which a step of `height_m` with its face at `at_m` changes it: its next command is the first
+/// that can know of the step.
+fn touched(
+    mut settled: Simulation,
+    height_m: f64,
+    at_m: f64,
+    omega_v: f64,
+    policy: &mut Policy,
+) -> Option<Simulation> {
+    let stepped = |at_m| {
+        let mut disturbance = Disturbance::default();
+        let steps = &mut disturbance.terrain.steps;
+        steps.push(TerrainStep { height_m, at_m });
+        disturbance.place(settled.body().clone())
+    };
+    // Compared with the same motion with the step out of reach: flat ground, of which the terrain knows nothing, rounds otherwise.
+    let (near, far) = (stepped(at_m), stepped(at_m + OUT_OF_REACH_M));
+    let mut undisturbed = settled.clone();
+    settled.change_body(near);
+    undisturbed.change_body(far);
+    let until_s = settled.time_s() + TOUCHED_S;
+    while settled.time_s() < until_s {
+        let over = settled.step(omega_v, None, &mut Deterministic(policy));
+        undisturbed.step(omega_v, None, &mut Deterministic(policy));
+        if over.is_some() {
+            return None;
+        }
+        if settled.state() != undisturbed.state() {
+            return Some(settled);
+        }
+    }
+    None
+}
+
 /// The controller's commands with the offsets.
-struct Pushed<'a> {
+struct Disturbed<'a> {
     policy: &'a mut Policy,
     offsets: &'a Offsets,
     period: usize,
     onset: usize,
     period_s: f64,
-    recorded: Option<(&'a mut Pairs, usize)>,
+    recorded: Option<&'a mut Pairs>,
 }
 
-impl Control for Pushed<'_> {
+impl Control for Disturbed<'_> {
     fn act(&mut self, observation: &[f32; OBSERVATION_SIZE], action: &mut [f32; ACTION_SIZE]) {
         Deterministic(self.policy).act(observation, action);
         if let Some(period) = self.period.checked_sub(self.onset) {
@@ -153,9 +282,7 @@ impl Control for Pushed<'_> {
                 }
             }
         }
-        if let Some((pairs, until)) = &mut self.recorded
-            && self.period < *until
-        {
+        if let Some(pairs) = &mut self.recorded {
             pairs.push(observation, action);
         }
         self.period += 1;

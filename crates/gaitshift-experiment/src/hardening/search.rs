@@ -1,6 +1,6 @@
-//! The search for a way to withstand a push: offsets to the controller's commands, by the cross-entropy method.
+//! The search for a way to withstand a push or a step: offsets to the controller's commands, by the cross-entropy method.
 
-use super::case::{Case, KNOTS, NO_OFFSETS, Offsets};
+use super::case::{Case, KNOTS, NO_OFFSETS, Offsets, Trial};
 use gaitshift_sac::Policy;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -16,8 +16,6 @@ const LEAST_DEVIATION: f64 = 0.08;
 /// How far the mean and the deviations follow the elite.
 const MEAN_RATE: f64 = 0.7;
 const DEVIATION_RATE: f64 = 0.5;
-/// Time for which a sample has to be up, in s: most falls take less.
-const SAMPLE_S: f64 = 4.0;
 /// A way counts that still holds with noise of this deviation, this many times of so many.
 const NOISE: f64 = 0.06;
 const NOISY: usize = 6;
@@ -39,11 +37,11 @@ pub(super) fn search(
         let mut generation: Vec<(f64, Offsets)> = (0..SAMPLES)
             .map(|_| {
                 let sample = noisy(&mean, &deviation, rng);
-                let up_s = case.up_s(policy, &sample, SAMPLE_S, None);
+                let share = case.share(policy, &sample, Trial::Sample);
                 // Of those that hold the smallest are the best.
                 let size = sample.as_flattened().iter().map(|v| v * v).sum::<f64>();
-                let score = if up_s < SAMPLE_S {
-                    up_s - SAMPLE_S
+                let score = if share < 1.0 {
+                    share - 1.0
                 } else {
                     1.0 / (1.0 + size)
                 };
@@ -112,7 +110,7 @@ fn holds(
         && (0..NOISY)
             .filter(|_| {
                 let sample = noisy(offsets, &noise, rng);
-                case.up_s(policy, &sample, SAMPLE_S, None) >= SAMPLE_S
+                case.share(policy, &sample, Trial::Sample) >= 1.0
             })
             .count()
             >= NOISY_UP

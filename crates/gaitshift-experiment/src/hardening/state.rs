@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::PathBuf;
 
-const FORMAT: &str = "gaitshift-hardening 1";
+const FORMAT: &str = "gaitshift-hardening 2";
 const KINDS: [&str; 2] = ["found", "alone"];
 /// What else such a folder holds.
 const FILES: [&str; 3] = [
@@ -114,7 +114,7 @@ impl Hardening {
         if header.plan != self.plan || header.controller_crc32c != self.original_crc32c()? {
             return Err(TrainingError::other(
                 &self.folder,
-                "holds the hardening of another controller, or with other commands, impulses, pushes or seed; give the same, or \
+                "holds the hardening of another controller, or with other commands, disturbances or seed; give the same, or \
                  another --out"
                     .to_owned(),
             ));

@@ -1,6 +1,6 @@
 //! Arguments of the commands that train.
 
-use super::values::{Commands, Part, Seeds, commands, impulse, part, seeds};
+use super::values::{Commands, Part, Seeds, commands, impulse, part, seeds, step_height};
 use super::{ControllerArguments, PrintArguments, ThreadArguments};
 use clap::Args;
 use std::path::PathBuf;
@@ -195,16 +195,18 @@ pub struct SweepArguments {
     pub print: PrintArguments,
 }
 
-/// Lets a controller learn to withstand pushes that it falls from.
+/// Lets a controller learn to withstand pushes, and steps up, that it falls from.
 ///
-/// In every round its motions are pushed at random. Where the body falls, a search tries corrections to the actuators'
-/// commands until one keeps it up (the cross-entropy method, which may simulate the push as often as it likes). The
-/// controller is then fitted to the corrected motions, and to what it did before in undisturbed and disturbed motions, so
-/// that it keeps its gaits. No reward is used. A round takes half a minute to a few minutes.
+/// In every round its motions are pushed at random, and with --steps-up others meet a step. Where the body falls, or does not
+/// get over the step, a search tries corrections to the actuators' commands until one helps (the cross-entropy method, which
+/// may simulate what follows as often as it likes). The controller is then fitted to the corrected motions, and to what it did
+/// before in undisturbed and disturbed motions, so that it keeps its gaits. No reward is used. A round takes half a minute to
+/// a few minutes.
 ///
-/// A push is withstood if the body stays up for 8 s. Each round's controller is tried on the same 128 other pushes; the best
-/// is the one that withstands most of them and meets at least as many of the default 39 criteria as the first did. Ctrl-C
-/// stops after the round. The same command continues, also with more --rounds; the result is the same as without a stop.
+/// A push is withstood if the body stays up for 8 s, a step if the hip gets 3 m beyond its face. Each round's controller is
+/// tried on the same 128 other pushes, and on 128 steps if there are any; the best is the one that withstands most of them and
+/// meets at least as many of the default 39 criteria as the first did. Ctrl-C stops after the round. The same command
+/// continues, also with more --rounds; the result is the same as without a stop.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 The folder:
@@ -213,12 +215,14 @@ The folder:
   rounds.jsonl                 every round, one JSON object per line
   state.safetensors            everything needed to go on
 
-With --json, standard output is {\"folder\", \"controller\", \"plan\", \"rounds\": [{\"round\", \"alone\", \"found\", \"withstood\",
-\"compared\", \"met\", \"criteria\", \"best\", ...}]}; round 0 is the controller as it was.
+With --json, standard output is {\"folder\", \"controller\", \"plan\", \"rounds\": [{\"round\", \"pushes\", \"steps_up\", \"met\",
+\"criteria\", \"best\", ...}]}, with \"pushes\" and \"steps_up\" {\"met\", \"alone\", \"found\", \"withstood\", \"compared\"}; round 0 is the
+controller as it was.
 
 Examples:
   gaitshift harden --controller robust
   gaitshift harden --controller runs/fast-1 --omega-v 0,1,2,3 --impulse 9:20,-20:-9 --out out/harden-fast-1
+  gaitshift harden --controller robust --steps-up 160
   gaitshift stress --controller out/harden")]
 pub struct HardenArguments {
     /// The command line that asks for it, without what belongs to one machine.
@@ -259,6 +263,27 @@ pub struct HardenArguments {
         allow_negative_numbers = true
     )]
     pub pushes: usize,
+
+    /// Steps up in a round, 0 to 10000
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        allow_negative_numbers = true
+    )]
+    pub steps_up: usize,
+
+    /// Ranges of a step's height in m, 0.001 to 0.2, FROM:TO separated by commas, all equally likely
+    /// [default: 0.005:0.035]
+    ///
+    /// Its face is 0.4 to 1.4 m before the hip. Corrections begin when a foot first touches the step: the controller does not
+    /// see it.
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = step_height, requires = "steps_up")]
+    pub step_height: Vec<[f64; 2]>,
+
+    /// Commands ω_v in s/m at which it meets steps, as in --omega-v [default: 0]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = commands, requires = "steps_up")]
+    pub step_omega_v: Vec<Commands>,
 
     /// Seed of everything random
     #[arg(

@@ -1,6 +1,6 @@
 //! What a value on the command line may be.
 
-use gaitshift_experiment::parse_seeds;
+use gaitshift_experiment::{STEP_UP_MAX_M, parse_seeds};
 use gaitshift_task::OMEGA_V_MAX;
 use std::cmp::Ordering;
 use std::path::PathBuf;
@@ -112,13 +112,24 @@ pub fn seeds(text: &str) -> Result<Seeds, String> {
     parse_seeds(text).map(Seeds)
 }
 
+/// Lowest step up that a controller is hardened against, in m.
+const LOWEST_STEP_M: f64 = 0.001;
 /// Greatest impulse of a push, in N s: it would stop any walk at once.
 const GREATEST_IMPULSE_N_S: f64 = 1000.0;
 
 /// `FROM:TO` in N s, or one value.
 pub fn impulse(text: &str) -> Result<[f64; 2], String> {
+    span(text, -GREATEST_IMPULSE_N_S, GREATEST_IMPULSE_N_S, " N s")
+}
+
+/// The heights of steps up in m: FROM:TO, or one value.
+pub fn step_height(text: &str) -> Result<[f64; 2], String> {
+    span(text, LOWEST_STEP_M, STEP_UP_MAX_M, " m")
+}
+
+fn span(text: &str, low: f64, high: f64, unit: &str) -> Result<[f64; 2], String> {
     let (from, to) = text.split_once(':').unwrap_or((text, text));
-    let value = |text| in_range(text, -GREATEST_IMPULSE_N_S, GREATEST_IMPULSE_N_S, " N s");
+    let value = |text| in_range(text, low, high, unit);
     let range = [value(from)?, value(to)?];
     if range[0] > range[1] {
         return Err(format!("FROM is greater than TO; write {to}:{from}"));
