@@ -41,7 +41,9 @@ const ROUNDS_IMITATED: usize = 20;
 const LEARNING_RATE: [f64; 2] = [1e-3, 1e-4];
 const ROWS: usize = 128;
 /// Weights of what it did before, of found ways, and of what it withstood.
-const WEIGHTS: [f64; 3] = [1.0, 4.0, 1.0];
+const BEFORE_WEIGHT: f64 = 1.0;
+const FOUND_WEIGHT: f64 = 4.0;
+const ALONE_WEIGHT: f64 = 1.0;
 
 /// The highest step that may be asked for, in m.
 pub const STEP_UP_MAX_M: f64 = 0.2;
@@ -147,9 +149,7 @@ pub struct HardeningRound {
     pub steps_up: Outcomes,
     /// Motions tried by the searches.
     pub tried: usize,
-    /// mean |μ(s) − a|² over found ways at the end of the fitting.
-    pub found_loss: f64,
-    /// The same over what the controller did before.
+    /// mean |μ(s) − a|² over what the controller did before it was hardened, at the end of the fitting.
     pub before_loss: f64,
     /// Criteria that it meets, on flat ground and undisturbed.
     pub met: usize,
@@ -186,7 +186,7 @@ fn kind(index: usize, pushes: usize) -> Kind {
 }
 
 /// What disturbances of a kind came to in a round.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcomes {
     /// Motions of the round that were disturbed: those that fell before are none.
     pub met: usize,
@@ -194,10 +194,32 @@ pub struct Outcomes {
     pub alone: usize,
     /// For how many of the others a way was found.
     pub found: usize,
+    /// mean |μ(s) − a|² over remembered ways at the end of the fitting; 0 without any.
+    pub found_loss: f64,
     /// How many of those by which all rounds are compared the fitted controller withstands.
     pub withstood: usize,
     /// How many these are.
     pub compared: usize,
+}
+
+/// What is remembered of disturbances of a kind, round by round.
+#[derive(Debug, Default)]
+struct Remembered {
+    /// Ways that were found.
+    found: Vec<Pairs>,
+    /// What the controller did where it needed none.
+    alone: Vec<Pairs>,
+}
+
+impl Remembered {
+    fn begin_round(&mut self) {
+        for rounds in [&mut self.found, &mut self.alone] {
+            rounds.push(Pairs::default());
+            if rounds.len() > ROUNDS_IMITATED {
+                rounds.remove(0);
+            }
+        }
+    }
 }
 
 /// A controller that is being hardened, and the folder that holds what came of it: `controller.safetensors` is the best so far,
@@ -220,9 +242,8 @@ pub struct Hardening {
     is_mean: bool,
     policy: Policy,
     before: Pairs,
-    /// Ways that were found, and what the controller did where it fell not, round by round.
-    found: Vec<Pairs>,
-    alone: Vec<Pairs>,
+    pushes: Remembered,
+    steps_up: Remembered,
     rounds: Vec<HardeningRound>,
 }
 
@@ -259,8 +280,8 @@ impl Hardening {
             threads,
             mirror,
             before: Pairs::default(),
-            found: Vec::new(),
-            alone: Vec::new(),
+            pushes: Remembered::default(),
+            steps_up: Remembered::default(),
             rounds: Vec::new(),
         };
         if hardening.restore()? {
@@ -316,37 +337,41 @@ impl Hardening {
             round: number,
             ..HardeningRound::default()
         };
-        let (mut found, mut own) = (Pairs::default(), Pairs::default());
+        for remembered in [&mut self.pushes, &mut self.steps_up] {
+            remembered.begin_round();
+        }
         for (kind, alone, pairs, tried) in tried.into_iter().flatten() {
             round.tried += tried;
             let outcomes = round.outcomes(kind);
             outcomes.met += 1;
-            match pairs {
-                Some(pairs) if alone => {
-                    outcomes.alone += 1;
-                    own.append(&pairs);
-                }
-                Some(pairs) => {
-                    outcomes.found += 1;
-                    found.append(&pairs);
-                }
-                None => {}
-            }
-        }
-        for (rounds, pairs) in [(&mut self.found, found), (&mut self.alone, own)] {
-            rounds.push(pairs);
-            if rounds.len() > ROUNDS_IMITATED {
-                rounds.remove(0);
+            let Some(pairs) = pairs else { continue };
+            let remembered = match kind {
+                Kind::Push => &mut self.pushes,
+                Kind::StepUp => &mut self.steps_up,
+            };
+            let (number, rounds) = if alone {
+                (&mut outcomes.alone, &mut remembered.alone)
+            } else {
+                (&mut outcomes.found, &mut remembered.found)
+            };
+            *number += 1;
+            if let Some(now) = rounds.last_mut() {
+                now.append(&pairs);
             }
         }
         let motions = (MOTIONS_NOW * self.plan.motions as f64).ceil() as usize;
         let now = self.motions(motions, false, &policy, number);
-        [round.before_loss, round.found_loss, _] = self.fit(&now, number)?;
+        [
+            round.before_loss,
+            round.pushes.found_loss,
+            round.steps_up.found_loss,
+        ] = self.fit(&now, number)?;
         self.finish(round, clock)?;
         Ok(&self.rounds[number])
     }
 
-    /// Fits the policy to what is remembered: what it did before, found ways, and what it withstood. Gives their last losses.
+    /// Fits the policy to what is remembered: what it did before, found ways, and what it withstood. Gives the last losses of what it
+    /// did before, of ways found for pushes, and of those found for steps.
     fn fit(&mut self, now: &Pairs, number: usize) -> Result<[f64; 3], TrainingError> {
         let joined = |rounds: &[Pairs]| {
             let mut all = Pairs::default();
@@ -355,22 +380,24 @@ impl Hardening {
         };
         let mut before = self.before.clone();
         before.append(now);
-        let all = [before, joined(&self.found), joined(&self.alone)];
+        let all = [
+            (before, BEFORE_WEIGHT),
+            (joined(&self.pushes.found), FOUND_WEIGHT),
+            (joined(&self.steps_up.found), FOUND_WEIGHT),
+            (joined(&self.pushes.alone), ALONE_WEIGHT),
+            (joined(&self.steps_up.alone), ALONE_WEIGHT),
+        ];
         let (mut kinds, mut remembered) = (Vec::new(), Vec::new());
-        for (kind, pairs) in all.into_iter().enumerate() {
+        for (kind, (pairs, weight)) in all.into_iter().enumerate() {
             // A round in which nothing falls, or everything does, leaves a kind empty.
             if pairs.rows() > 0 {
                 kinds.push(kind);
-                remembered.push(Rehearsal::new(
-                    OBSERVATION_SIZE,
-                    ACTION_SIZE,
-                    pairs.observations,
-                    pairs.actions,
-                )?);
+                let (observations, actions) = (pairs.observations, pairs.actions);
+                let set = Rehearsal::new(OBSERVATION_SIZE, ACTION_SIZE, observations, actions)?;
+                remembered.push((set, weight));
             }
         }
-        let weights = kinds.iter().map(|&kind| WEIGHTS[kind]);
-        let sets: Vec<(&Rehearsal, f64)> = remembered.iter().zip(weights).collect();
+        let sets: Vec<(&Rehearsal, f64)> = remembered.iter().map(|(set, w)| (set, *w)).collect();
         let mirror = self.is_mean.then(|| self.mirror.clone());
         let mut imitation = Imitation::new(&self.policy, mirror, ROWS)?;
         let mut rng = self.stream(number, usize::MAX);
@@ -383,7 +410,9 @@ impl Hardening {
             let step_losses = imitation.step(&sets, rate, &mut rng)?;
             if step + averaged >= steps {
                 for (&kind, loss) in kinds.iter().zip(&step_losses) {
-                    losses[kind] += loss / averaged as f64;
+                    if let Some(sum) = losses.get_mut(kind) {
+                        *sum += loss / averaged as f64;
+                    }
                 }
             }
         }

@@ -57,10 +57,13 @@ fn stopped_and_continued_with_other_threads_it_is_the_same() {
         (first.round, first.met, first.criteria, first.best),
         (0, 38, 39, true)
     );
+    let mut ways = [0, 0];
     for (round, number) in rest.iter().zip(1..) {
         assert_eq!(round.round, number);
-        let found = round.pushes.found + round.steps_up.found;
-        assert_eq!(found > 0, round.found_loss > 0.0);
+        for (ways, outcomes) in ways.iter_mut().zip([round.pushes, round.steps_up]) {
+            *ways += outcomes.found;
+            assert_eq!(*ways > 0, outcomes.found_loss > 0.0);
+        }
         for (outcomes, cases) in [(round.pushes, 3), (round.steps_up, 2)] {
             assert!(outcomes.alone + outcomes.found <= outcomes.met && outcomes.met <= cases);
             assert_eq!(outcomes.compared, 4);

@@ -12,7 +12,7 @@ use std::io;
 use std::path::PathBuf;
 
 const FORMAT: &str = "gaitshift-hardening 2";
-const KINDS: [&str; 2] = ["found", "alone"];
+const KINDS: [&str; 4] = ["push.found", "push.alone", "step_up.found", "step_up.alone"];
 /// What else such a folder holds.
 const FILES: [&str; 3] = [
     "controller.safetensors",
@@ -66,10 +66,17 @@ impl Hardening {
             controller_crc32c: self.original_crc32c()?,
             network: self.policy.shape().clone(),
             rounds: self.rounds.clone(),
-            remembered: self.found.len(),
+            remembered: self.pushes.found.len(),
         };
         let mut tensors = self.policy.tensors();
-        for (kind, rounds) in KINDS.into_iter().zip([&self.found, &self.alone]) {
+        let (pushes, steps_up) = (&self.pushes, &self.steps_up);
+        let remembered = [
+            &pushes.found,
+            &pushes.alone,
+            &steps_up.found,
+            &steps_up.alone,
+        ];
+        for (kind, rounds) in KINDS.into_iter().zip(remembered) {
             for (round, pairs) in rounds.iter().enumerate() {
                 let values = [&pairs.observations, &pairs.actions];
                 let sizes = [OBSERVATION_SIZE, ACTION_SIZE];
@@ -133,7 +140,14 @@ impl Hardening {
             let values = of_size.map(|tensor| tensor.values.clone());
             values.ok_or_else(|| foreign(format!("it lacks `{name}`, or has another size of it")))
         };
-        for (kind, rounds) in KINDS.into_iter().zip([&mut self.found, &mut self.alone]) {
+        let (pushes, steps_up) = (&mut self.pushes, &mut self.steps_up);
+        let remembered = [
+            &mut pushes.found,
+            &mut pushes.alone,
+            &mut steps_up.found,
+            &mut steps_up.alone,
+        ];
+        for (kind, rounds) in KINDS.into_iter().zip(remembered) {
             for round in 0..header.remembered {
                 let [observations, actions] = [0, 1].map(|k| {
                     let size = [OBSERVATION_SIZE, ACTION_SIZE][k];
