@@ -4,6 +4,7 @@ use gaitshift_analysis::support::{PhaseInterval, SupportPhase};
 
 use crate::canvas::{Anchor, Canvas, Ink, Paint, Point, Rect, TextStyle};
 use crate::chart::{Axis, Panel};
+use crate::legend::{Spacing, places};
 use crate::raster::{fitting, text_width};
 use crate::style::{LABEL, QUIET, SERIES, SMALL, TEXT, TITLE, WHITE};
 use crate::support;
@@ -362,16 +363,17 @@ struct Legend<'a> {
 }
 
 impl<'a> Legend<'a> {
-    const ROW: f64 = 15.0;
-    const SWATCH: f64 = 28.0;
+    const SPACING: Spacing = Spacing {
+        name: 28.0,
+        gap: 12.0,
+        row: 15.0,
+    };
     const FELL: &'static str = "fell (over the panel)";
 
     fn new(looks: &'a Looks, charts: &[Chart], width: f64) -> Self {
         let phases = charts.iter().any(|chart| !chart.phases.is_empty());
         let falls = charts.iter().any(|chart| strip_height(chart) > 0.0);
-        let (mut x, mut y) = (0.0, 0.0);
-        let mut places = Vec::new();
-        let fit = |(name, _): &(String, Drawn)| fitting(name, SMALL, width - Self::SWATCH);
+        let fit = |(name, _): &(String, Drawn)| fitting(name, SMALL, width - Self::SPACING.name);
         let names: Vec<String> = looks.names.iter().map(fit).collect();
         let mut entries: Vec<&str> = names.iter().map(String::as_str).collect();
         if falls {
@@ -380,19 +382,12 @@ impl<'a> Legend<'a> {
         if phases {
             entries.extend(support::PHASES.map(support::name));
         }
-        for name in entries {
-            let entry = Self::SWATCH + text_width(name, SMALL);
-            if x > 0.0 && x + entry > width {
-                (x, y) = (0.0, y + Self::ROW);
-            }
-            places.push((x, y));
-            x += entry + 12.0;
-        }
+        let (places, height) = places(entries, Self::SPACING, width);
         Self {
             looks,
             falls,
             phases,
-            height: y + Self::ROW,
+            height,
             names,
             places,
         }
@@ -410,20 +405,20 @@ impl<'a> Legend<'a> {
             if *drawn != Drawn::Line {
                 self.looks.mark(canvas, (x + 11.5, middle), index);
             }
-            canvas.text((x + Self::SWATCH, y), name, LABEL);
+            canvas.text((x + Self::SPACING.name, y), name, LABEL);
         }
         if self.falls
             && let Some((x, y)) = places.next()
         {
             Looks::cross(canvas, (x + 11.5, y - 4.0), 2.4, TEXT);
-            canvas.text((x + Self::SWATCH, y), Self::FELL, LABEL);
+            canvas.text((x + Self::SPACING.name, y), Self::FELL, LABEL);
         }
         if self.phases {
             for (phase, (x, y)) in support::PHASES.into_iter().zip(places) {
                 let swatch = Rect::new(x, y - 9.5, 23.0, 11.0);
                 canvas.rect(swatch, Paint::fill(support::shade(phase)));
                 canvas.rect(swatch, Paint::stroke(QUIET, 0.6));
-                canvas.text((x + Self::SWATCH, y), support::name(phase), LABEL);
+                canvas.text((x + Self::SPACING.name, y), support::name(phase), LABEL);
             }
         }
     }

@@ -2,7 +2,8 @@
 
 use crate::canvas::{Canvas, Paint, Rect};
 use crate::chart::{Axis, Panel};
-use crate::raster::{fitting, text_width};
+use crate::legend::{Spacing, places};
+use crate::raster::fitting;
 use crate::style::{LABEL, QUIET, SERIES, SMALL, TITLE};
 use crate::{Figure, FigureError};
 
@@ -33,7 +34,13 @@ pub struct IntervalPanel {
 }
 
 const COLUMNS: usize = 4;
-const ROW: f64 = 17.0;
+const SPACING: Spacing = Spacing {
+    name: 16.0,
+    gap: 16.0,
+    row: 17.0,
+};
+/// Of the legend.
+const FIRST_BASE: f64 = 19.0;
 
 /// Intervals in panels, four beside each other, their series named above them. The values begin at 0.
 ///
@@ -66,25 +73,20 @@ pub fn intervals_figure(
     let columns = panels.len().min(COLUMNS);
     let rows = panels.len().div_ceil(COLUMNS);
     let sheet_width = left + columns as f64 * (width + gap.0) - gap.0 + 14.0;
-    let (mut x, mut base) = (left, 19.0);
-    let mut legend = Vec::new();
-    for name in series {
-        let name = fitting(name, SMALL, sheet_width - left - 32.0);
-        let entry = 32.0 + text_width(&name, SMALL);
-        if x > left && x + entry > sheet_width {
-            (x, base) = (left, base + ROW);
-        }
-        legend.push((name, (x, base)));
-        x += entry;
-    }
-    let top = base + 16.0 + ROW;
+    let legend_width = sheet_width - left - SPACING.gap;
+    let fit = |name: &String| fitting(name, SMALL, legend_width - SPACING.name);
+    let names: Vec<String> = series.iter().map(fit).collect();
+    let (places, legend_height) = places(names.iter().map(String::as_str), SPACING, legend_width);
+    let note = FIRST_BASE + legend_height;
+    let top = note + 16.0;
     let mut canvas = Canvas::new(sheet_width, top + rows as f64 * (height + gap.1));
-    for ((name, (x, base)), ink) in legend.iter().zip(SERIES.into_iter().cycle()) {
+    for ((name, (x, y)), ink) in names.iter().zip(places).zip(SERIES.into_iter().cycle()) {
+        let (x, base) = (left + x, FIRST_BASE + y);
         canvas.circle((x + 6.0, base - 4.0), 3.5, Paint::fill(ink));
-        canvas.text((x + 16.0, *base), name, LABEL);
+        canvas.text((x + SPACING.name, base), name, LABEL);
     }
     canvas.text(
-        (left, base + ROW),
+        (left, note),
         "dots: median over the starts; lines: least to greatest",
         LABEL,
     );

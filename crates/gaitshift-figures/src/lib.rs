@@ -36,6 +36,7 @@ mod gif;
 mod ground;
 mod intervals;
 mod learning;
+mod legend;
 mod motion;
 mod raster;
 mod scenery;

@@ -4,7 +4,8 @@ use gaitshift_analysis::{GaitClass, GaitSummary};
 
 use crate::canvas::{Canvas, Ink, Paint, Point, Rect};
 use crate::chart::{Axis, Panel};
-use crate::raster::{fitting, text_width};
+use crate::legend::{Spacing, places};
+use crate::raster::fitting;
 use crate::style::{LABEL, PAPER, QUIET, SERIES, SMALL, TEXT, TITLE, WHITE};
 use crate::{Figure, FigureError};
 
@@ -147,7 +148,7 @@ pub fn sweep_figure(series: &[SweepSeries]) -> Result<Figure, FigureError> {
     let left = 44.0;
     let sheet_width = left + 3.0 * width + 2.0 * gap + 14.0;
     let legend = Legend::new(series, left, sheet_width);
-    let top = 35.0 + LEGEND_ROW * legend.rows;
+    let top = 35.0 + legend.height;
     let sheet = (sheet_width, top + 2.0 * height + gap + 44.0);
     let mut canvas = Canvas::new(sheet.0, sheet.1);
     legend.draw(&mut canvas);
@@ -219,7 +220,7 @@ fn diamond(canvas: &mut Canvas, (x, y): Point) {
 /// Entries of the legend, each with its place; longer ones than the sheet is wide go on in the next row.
 struct Legend {
     entries: Vec<(String, Point, Mark)>,
-    rows: f64,
+    height: f64,
 }
 
 #[derive(Clone, Copy)]
@@ -229,9 +230,13 @@ enum Mark {
     Fell,
 }
 
-const LEGEND_ROW: f64 = 17.0;
-
 impl Legend {
+    const SPACING: Spacing = Spacing {
+        name: 16.0,
+        gap: 16.0,
+        row: 17.0,
+    };
+
     fn new(series: &[SweepSeries], left: f64, right: f64) -> Self {
         let inks = SERIES.into_iter().cycle().map(Mark::Series);
         let names = series.iter().map(|series| series.label.as_str()).zip(inks);
@@ -243,26 +248,25 @@ impl Legend {
         let rest = fixed
             .into_iter()
             .chain(fell.then_some(("fell", Mark::Fell)));
-        let (mut x, mut row) = (left, 0.0);
-        let mut entries = Vec::new();
-        for (name, mark) in names.chain(rest) {
-            let name = fitting(name, SMALL, right - left - 32.0);
-            let width = 32.0 + text_width(&name, SMALL);
-            if x > left && x + width > right {
-                (x, row) = (left, row + 1.0);
-            }
-            entries.push((name, (x, 19.0 + LEGEND_ROW * row), mark));
-            x += width;
-        }
+        let width = right - left - Self::SPACING.gap;
+        let (names, marks): (Vec<String>, Vec<Mark>) = names
+            .chain(rest)
+            .map(|(name, mark)| (fitting(name, SMALL, width - Self::SPACING.name), mark))
+            .unzip();
+        let (places, height) = places(names.iter().map(String::as_str), Self::SPACING, width);
+        let places = places.into_iter().map(|(x, y)| (left + x, 19.0 + y));
+        let entries = names.into_iter().zip(places).zip(marks);
         Self {
-            entries,
-            rows: row + 1.0,
+            entries: entries
+                .map(|((name, place), mark)| (name, place, mark))
+                .collect(),
+            height,
         }
     }
 
     fn draw(&self, canvas: &mut Canvas) {
         for (name, (x, base), mark) in &self.entries {
-            canvas.text((x + 16.0, *base), name, LABEL);
+            canvas.text((x + Self::SPACING.name, *base), name, LABEL);
             let place = (x + 6.0, base - 4.0);
             match mark {
                 Mark::Series(ink) => canvas.circle(place, 3.5, Paint::fill(*ink)),

@@ -4,9 +4,10 @@ use gaitshift_analysis::recording::{Recording, column};
 
 use crate::canvas::{Canvas, Ink, Paint, Rect};
 use crate::chart::{Axis, Panel};
+use crate::legend::{Spacing, places};
 use crate::motion::Motion;
-use crate::raster::{fitting, text_width};
-use crate::style::{COMMAND, LABEL, MEDIUM, QUIET, SMALL, TEXT, TITLE};
+use crate::raster::fitting;
+use crate::style::{COMMAND, LABEL, MEDIUM, QUIET, TEXT, TITLE};
 use crate::support;
 use crate::{Figure, FigureError};
 
@@ -211,8 +212,11 @@ struct Legend {
 }
 
 impl Legend {
-    const ROW: f64 = 17.0;
-    const TEXT: f64 = 18.0;
+    const SPACING: Spacing = Spacing {
+        name: 18.0,
+        gap: 11.0,
+        row: 17.0,
+    };
 
     fn names(ramp: bool) -> impl Iterator<Item = &'static str> {
         support::PHASES
@@ -222,19 +226,10 @@ impl Legend {
     }
 
     fn new(width: f64, ramp: bool) -> Self {
-        let mut places = Vec::new();
-        let (mut x, mut y) = (0.0, 0.0);
-        for name in Self::names(ramp) {
-            let entry = Self::TEXT + text_width(name, SMALL);
-            if x > 0.0 && x + entry > width {
-                (x, y) = (0.0, y + Self::ROW);
-            }
-            places.push((x, y));
-            x += entry + 11.0;
-        }
+        let (places, height) = places(Self::names(ramp), Self::SPACING, width);
         Self {
             places,
-            height: y + Self::ROW,
+            height,
             ramp,
         }
     }
@@ -248,7 +243,7 @@ impl Legend {
                 None => canvas.hatch(swatch, HATCH, 5.0),
             }
             canvas.rect(swatch, Paint::stroke(QUIET, 0.6));
-            canvas.text((x + Self::TEXT, y), name, LABEL);
+            canvas.text((x + Self::SPACING.name, y), name, LABEL);
         }
     }
 }
