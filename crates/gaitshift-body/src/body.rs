@@ -182,14 +182,7 @@ impl Body {
 impl BodyState {
     /// The body upright on straight legs at rest, its soles just touching the ground.
     pub fn standing(body: &Body) -> Self {
-        let mut state = Self {
-            z: body.parameters().leg_length_m,
-            ..Self::default()
-        };
-        if body.terrain().is_some() {
-            state.z = body.lowest_hip_height(&state);
-        }
-        state
+        Self::with_leg_angles(body, [0.0; 2])
     }
 
     /// The body at rest with the given leg angles, its lower sole just touching the ground.
