@@ -40,9 +40,12 @@ const ROUNDS_IMITATED: usize = 20;
 /// Rate of Adam's steps at the begin of a round and at its end, and pairs of each kind in a step.
 const LEARNING_RATE: [f64; 2] = [1e-3, 1e-4];
 const ROWS: usize = 128;
-/// Weights of what it did before, of found ways, and of what it withstood.
+/// Weights of what it did before, of found ways, and of what it withstood. Ways over steps fit together less well than those of
+/// pushes: with as much weight they cost criteria and what is withstood of pushes.
 const BEFORE_WEIGHT: f64 = 1.0;
-const FOUND_WEIGHT: f64 = 4.0;
+const BEFORE_WEIGHT_WITH_STEPS: f64 = 3.0;
+const PUSH_FOUND_WEIGHT: f64 = 4.0;
+const STEP_FOUND_WEIGHT: f64 = 1.0;
 const ALONE_WEIGHT: f64 = 1.0;
 
 /// The highest step that may be asked for, in m.
@@ -68,7 +71,7 @@ pub struct HardeningPlan {
     pub seed: u64,
     /// Motions of the controller as it was, of 10 s each, whose states it is to answer as before.
     pub motions: usize,
-    /// Steps of Adam in a round.
+    /// Steps of Adam in a round. With steps up among the disturbances 12,000 keep much more of what the controller did before.
     pub steps: usize,
     /// Pushes, and as many steps if a round has any, by which the controllers of all rounds are compared, none of them one of a
     /// round's.
@@ -380,10 +383,15 @@ impl Hardening {
         };
         let mut before = self.before.clone();
         before.append(now);
+        let before_weight = if self.plan.steps_up > 0 {
+            BEFORE_WEIGHT_WITH_STEPS
+        } else {
+            BEFORE_WEIGHT
+        };
         let all = [
-            (before, BEFORE_WEIGHT),
-            (joined(&self.pushes.found), FOUND_WEIGHT),
-            (joined(&self.steps_up.found), FOUND_WEIGHT),
+            (before, before_weight),
+            (joined(&self.pushes.found), PUSH_FOUND_WEIGHT),
+            (joined(&self.steps_up.found), STEP_FOUND_WEIGHT),
             (joined(&self.pushes.alone), ALONE_WEIGHT),
             (joined(&self.steps_up.alone), ALONE_WEIGHT),
         ];

@@ -13,6 +13,9 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+/// Steps of Adam in a round in which steps are met.
+const ADAM_STEPS_WITH_STEPS_UP: usize = 12_000;
+
 #[derive(Serialize)]
 struct Outcome<'a> {
     /// Folder.
@@ -34,6 +37,9 @@ pub fn run(arguments: &HardenArguments) -> Result<(), Failure> {
         seed: a.seed,
         ..HardeningPlan::default()
     };
+    if a.steps_up > 0 {
+        plan.steps = ADAM_STEPS_WITH_STEPS_UP;
+    }
     if !a.omega_v.is_empty() {
         plan.omega_v = distinct_commands(&a.omega_v).map_err(Failure::input)?;
     }
