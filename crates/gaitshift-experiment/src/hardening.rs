@@ -147,9 +147,9 @@ pub struct HardeningRound {
     /// Its number, from 1; 0 is the controller as it was.
     pub round: usize,
     /// Of the pushes.
-    pub pushes: Outcomes,
+    pub pushes: HardeningOutcomes,
     /// Of the steps up.
-    pub steps_up: Outcomes,
+    pub steps_up: HardeningOutcomes,
     /// Motions tried by the searches.
     pub tried: usize,
     /// mean |μ(s) − a|² over what the controller did before it was hardened, at the end of the fitting.
@@ -171,7 +171,7 @@ impl HardeningRound {
         self.pushes.withstood + self.steps_up.withstood
     }
 
-    fn outcomes(&mut self, kind: Kind) -> &mut Outcomes {
+    fn outcomes(&mut self, kind: Kind) -> &mut HardeningOutcomes {
         match kind {
             Kind::Push => &mut self.pushes,
             Kind::StepUp => &mut self.steps_up,
@@ -190,7 +190,7 @@ fn kind(index: usize, pushes: usize) -> Kind {
 
 /// What disturbances of a kind came to in a round.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Outcomes {
+pub struct HardeningOutcomes {
     /// Motions of the round that were disturbed: those that fell before are none.
     pub met: usize,
     /// How many of them the controller withstood alone, before the round's fitting.

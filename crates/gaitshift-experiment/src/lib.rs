@@ -39,7 +39,7 @@ pub use durable::{sync_files, sync_folder, write as write_durably};
 pub use evaluations::{
     EvaluatedChange, EvaluatedChanges, EvaluatedCriterion, EvaluatedMotion, Evaluation, RunName,
 };
-pub use hardening::{Hardening, HardeningPlan, HardeningRound, Outcomes, STEP_UP_MAX_M};
+pub use hardening::{Hardening, HardeningOutcomes, HardeningPlan, HardeningRound, STEP_UP_MAX_M};
 pub use pace::steps_per_second;
 pub use profile::{CommandProfile, ProfileError};
 pub use provenance::{Provenance, portable_command, portable_path, quoted};

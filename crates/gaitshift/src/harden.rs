@@ -6,7 +6,7 @@ use crate::motion::load_controller;
 use crate::output;
 use crate::progress::duration;
 use crate::train::catch_interrupts;
-use gaitshift_experiment::{Hardening, HardeningPlan, HardeningRound, Outcomes, quoted};
+use gaitshift_experiment::{Hardening, HardeningOutcomes, HardeningPlan, HardeningRound, quoted};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -124,7 +124,7 @@ fn header(plan: &HardeningPlan) -> Result<(), Failure> {
 }
 
 fn row(r: &HardeningRound) -> String {
-    let columns = |outcomes: &Outcomes| {
+    let columns = |outcomes: &HardeningOutcomes| {
         let [alone, found] = if r.round == 0 {
             [String::new(), String::new()]
         } else {
