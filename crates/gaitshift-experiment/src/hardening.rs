@@ -40,10 +40,8 @@ const ROUNDS_IMITATED: usize = 20;
 /// Rate of Adam's steps at the begin of a round and at its end, and pairs of each kind in a step.
 const LEARNING_RATE: [f64; 2] = [1e-3, 1e-4];
 const ROWS: usize = 128;
-/// Weights of what it did before, of found ways, and of what it withstood. Ways over steps fit together less well than those of
-/// pushes: with as much weight they cost criteria and what is withstood of pushes.
-const BEFORE_WEIGHT: f64 = 1.0;
-const BEFORE_WEIGHT_WITH_STEPS: f64 = 3.0;
+/// Weights of found ways and of what it withstood. Ways over steps fit together less well than those of pushes: with as much
+/// weight they cost criteria and what is withstood of pushes.
 const PUSH_FOUND_WEIGHT: f64 = 4.0;
 const STEP_FOUND_WEIGHT: f64 = 1.0;
 const ALONE_WEIGHT: f64 = 1.0;
@@ -71,8 +69,10 @@ pub struct HardeningPlan {
     pub seed: u64,
     /// Motions of the controller as it was, of 10 s each, whose states it is to answer as before.
     pub motions: usize,
-    /// Steps of Adam in a round. With steps up among the disturbances 12,000 keep much more of what the controller did before.
-    pub steps: usize,
+    /// Steps of Adam in a round.
+    pub adam_steps: usize,
+    /// Weight of what the controller did before.
+    pub before_weight: f64,
     /// Pushes, and as many steps if a round has any, by which the controllers of all rounds are compared, none of them one of a
     /// round's.
     pub compared: usize,
@@ -89,13 +89,30 @@ impl Default for HardeningPlan {
             steps_up: 0,
             seed: 1,
             motions: 400,
-            steps: 4000,
+            adam_steps: 4000,
+            before_weight: 1.0,
             compared: 128,
         }
     }
 }
 
 impl HardeningPlan {
+    /// Pushes, and `steps_up` steps in a round. With steps among the disturbances it takes more of the fitting to keep what the
+    /// controller did before.
+    #[must_use]
+    pub fn with_steps_up(steps_up: usize) -> Self {
+        let pushes_alone = Self::default();
+        if steps_up == 0 {
+            return pushes_alone;
+        }
+        Self {
+            steps_up,
+            adam_steps: 12_000,
+            before_weight: 3.0,
+            ..pushes_alone
+        }
+    }
+
     /// Checks every value; the error is a sentence.
     ///
     /// # Errors
@@ -128,7 +145,7 @@ impl HardeningPlan {
             ("pushes in a round", self.pushes, 1, 10_000),
             ("steps up in a round", self.steps_up, 0, 10_000),
             ("motions", self.motions, 1, 10_000),
-            ("steps of Adam in a round", self.steps, 1, 1_000_000),
+            ("steps of Adam in a round", self.adam_steps, 1, 1_000_000),
             ("pushes to compare by", self.compared, 1, 10_000),
         ] {
             if !(least..=most).contains(&number) {
@@ -136,6 +153,12 @@ impl HardeningPlan {
                     "the number of {what} is {number}, but it must be between {least} and {most}"
                 ));
             }
+        }
+        if !(0.0..=1000.0).contains(&self.before_weight) {
+            return Err(format!(
+                "the weight of what the controller did before is {}, but it must be between 0 and 1000",
+                self.before_weight
+            ));
         }
         Ok(())
     }
@@ -383,13 +406,8 @@ impl Hardening {
         };
         let mut before = self.before.clone();
         before.append(now);
-        let before_weight = if self.plan.steps_up > 0 {
-            BEFORE_WEIGHT_WITH_STEPS
-        } else {
-            BEFORE_WEIGHT
-        };
         let all = [
-            (before, before_weight),
+            (before, self.plan.before_weight),
             (joined(&self.pushes.found), PUSH_FOUND_WEIGHT),
             (joined(&self.steps_up.found), STEP_FOUND_WEIGHT),
             (joined(&self.pushes.alone), ALONE_WEIGHT),
@@ -410,7 +428,7 @@ impl Hardening {
         let mut imitation = Imitation::new(&self.policy, mirror, ROWS)?;
         let mut rng = self.stream(number, usize::MAX);
         let mut losses = [0.0; 3];
-        let steps = self.plan.steps;
+        let steps = self.plan.adam_steps;
         let averaged = steps.div_ceil(10);
         for step in 0..steps {
             let share = step as f64 / steps as f64;

@@ -11,7 +11,7 @@ fn plan() -> HardeningPlan {
         pushes: 3,
         steps_up: 2,
         motions: 6,
-        steps: 60,
+        adam_steps: 60,
         compared: 4,
         ..HardeningPlan::default()
     }
@@ -233,8 +233,18 @@ fn a_plan_that_cannot_be_followed_is_refused() {
             "heights of steps",
         ),
         (
-            HardeningPlan { steps: 0, ..plan() },
+            HardeningPlan {
+                adam_steps: 0,
+                ..plan()
+            },
             "steps of Adam in a round is 0",
+        ),
+        (
+            HardeningPlan {
+                before_weight: f64::NAN,
+                ..plan()
+            },
+            "what the controller did before is NaN",
         ),
         (
             HardeningPlan {
@@ -247,4 +257,14 @@ fn a_plan_that_cannot_be_followed_is_refused() {
         let refused = plan.validate().unwrap_err();
         assert!(refused.contains(named), "{refused}");
     }
+}
+
+#[test]
+fn what_it_did_before_weighs_more_with_steps_alone() {
+    let pushes = HardeningPlan::default();
+    assert_eq!(HardeningPlan::with_steps_up(0), pushes);
+    let both = HardeningPlan::with_steps_up(240);
+    assert_eq!((both.steps_up, both.pushes), (240, pushes.pushes));
+    assert!(both.before_weight > pushes.before_weight && both.adam_steps > pushes.adam_steps);
+    both.validate().unwrap();
 }

@@ -13,9 +13,6 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-/// Steps of Adam in a round in which steps are met.
-const ADAM_STEPS_WITH_STEPS_UP: usize = 12_000;
-
 #[derive(Serialize)]
 struct Outcome<'a> {
     /// Folder.
@@ -33,13 +30,9 @@ pub fn run(arguments: &HardenArguments) -> Result<(), Failure> {
     let a = arguments;
     let mut plan = HardeningPlan {
         pushes: a.pushes,
-        steps_up: a.steps_up,
         seed: a.seed,
-        ..HardeningPlan::default()
+        ..HardeningPlan::with_steps_up(a.steps_up)
     };
-    if a.steps_up > 0 {
-        plan.steps = ADAM_STEPS_WITH_STEPS_UP;
-    }
     if !a.omega_v.is_empty() {
         plan.omega_v = distinct_commands(&a.omega_v).map_err(Failure::input)?;
     }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::PathBuf;
 
-const FORMAT: &str = "gaitshift-hardening 2";
+const FORMAT: &str = "gaitshift-hardening 3";
 const KINDS: [&str; 4] = ["push.found", "push.alone", "step_up.found", "step_up.alone"];
 /// What else such a folder holds.
 const FILES: [&str; 3] = [
