@@ -132,6 +132,37 @@ fn the_energy_of_a_limps_step_does_not_depend_on_the_foot_that_lands_first() {
     }
 }
 
+// Both feet of a hop land in the row at which the window ends: neither of these steps is in it.
+#[test]
+fn a_touchdown_of_both_feet_at_the_windows_end_is_no_step_of_it() {
+    let hop_s = 0.5;
+    let plain = common::record(20.0, |time_s| {
+        let down = time_s.rem_euclid(hop_s) < 0.3;
+        common::Frame {
+            x_m: time_s,
+            contact: [down; 2],
+            ..common::Frame::default()
+        }
+    });
+    let watts = 7.0;
+    let mut recording = Recording::new(plain.metadata.clone());
+    for row in 0..plain.len() {
+        let mut values: Vec<f64> = plain
+            .every_column()
+            .map(|(_, series)| series[row])
+            .collect();
+        let time_s = plain.column(column::TIME_S)[row];
+        values.extend(DETAILS.iter().map(|_| watts * time_s));
+        recording.push_row(&values).expect("valid");
+    }
+    let support = Support::find(&recording, &ContactRule::default());
+    let strides = whole_strides(&support, recording.window(5.0, 20.0).unwrap()).unwrap();
+    let flow = EnergyFlow::find(&recording, &support, strides).expect("details");
+    let hops = (strides.duration_s(&recording) / hop_s).round() as usize;
+    assert_eq!(flow.steps, 2 * hops);
+    close(Some(flow.actuators[0]), 0.5 * watts * hop_s);
+}
+
 #[test]
 fn what_is_given_is_what_is_taken_where_the_account_balances() {
     // 100 W net are given, 60 more are taken back by the actuators themselves, and six losses take the rest.

@@ -1,7 +1,7 @@
 //! Contract: a meter changes nothing; its sums and extremes are those of every integration step, taken one by one; over both
 //! legs they are the account's; mirrored motions have mirrored meters.
 
-use gaitshift_body::{Body, BodyParameters, BodyState, EnergyAccount, LEFT, Meter, RIGHT};
+use gaitshift_body::{Body, BodyParameters, BodyState, EnergyAccount, LEFT, Meter, RIGHT, Terrain};
 
 const STEPS: u32 = 50;
 
@@ -213,6 +213,32 @@ fn a_contact_gives_back_what_it_stored_less_what_it_loses() {
         let released = rises[i] - last[i];
         assert!((meter.legs[i].contact_release - released).abs() < 1e-9 * released);
     }
+}
+
+#[test]
+fn a_foot_that_the_ground_only_pushes_sideways_touches_it() {
+    // A foot in the air runs into the face of a step and slides up along it: the ground pushes it back, and down.
+    let step = Terrain::through(&[(0.0, 0.0), (0.0, 1.0)], 0.0, 0.0).unwrap();
+    let body = Body::new(BodyParameters::default()).unwrap().on(step);
+    let flat = Body::new(BodyParameters::default()).unwrap();
+    let mut s = BodyState::standing(&flat);
+    s.z += 0.05;
+    (s.x_dot, s.z_dot) = (1.0, 1.5);
+    s.x = -0.3;
+    let (mut meter, mut sideways, mut steps) = (Meter::default(), 0, 0);
+    meter.begin_period();
+    for _ in 0..1500 {
+        let contacts = [RIGHT, LEFT].map(|leg| body.foot_contact(&s, leg));
+        let flight = contacts
+            .iter()
+            .all(|c| c.normal_n == 0.0 && c.tangential_n == 0.0);
+        sideways += u32::from(!flight && contacts.iter().all(|c| c.normal_n <= 0.0));
+        steps += u32::from(flight);
+        let mut account = EnergyAccount::default();
+        body.advance_metered(&mut s, [0.0; 2], None, 1, &mut account, &mut meter);
+    }
+    assert!(sideways > 0, "it touches nothing but the ground below");
+    near(meter.flight_share, f64::from(steps) / 1500.0, "flight");
 }
 
 #[test]
