@@ -40,7 +40,7 @@ pub use recording::{Recording, RecordingMetadata, Side, Window};
 pub use summary::{AnalysisOptions, GaitSummary, summarise};
 pub use transition::{
     GaitChange, REST_S, TransitionOptions, TransitionSummary, changes_of_gait, command_changes,
-    summarise_transition,
+    join_stretches, summarise_transition,
 };
 
 /// The value if it is a finite number: extreme but finite recordings can overflow in a ratio or a sum.

@@ -176,18 +176,26 @@ const SAME: f64 = 1e-9;
 pub fn command_changes(recording: &Recording) -> Vec<(f64, f64)> {
     let commands = recording.column(column::OMEGA_V);
     let times = recording.column(column::TIME_S);
-    let mut ramps: Vec<(f64, f64)> = Vec::new();
     // The times of rows are not those of the profile to the last bit, and so a held command is not either.
-    let changes = |row: usize| (commands[row] - commands[row - 1]).abs() > SAME;
-    for row in (1..commands.len()).filter(|&row| changes(row)) {
-        // A row holds the command that its control period had, which began at the time of the row before.
-        let (start_s, end_s) = (times[row.saturating_sub(2)], times[row - 1]);
-        match ramps.last_mut() {
-            Some(last) if start_s - last.1 < REST_S - SAME => last.1 = end_s,
-            _ => ramps.push((start_s, end_s)),
+    let changes = |row: &usize| (commands[*row] - commands[row - 1]).abs() > SAME;
+    // A row holds the command that its control period had, which began at the time of the row before.
+    let stretch = |row: usize| (times[row.saturating_sub(2)], times[row - 1]);
+    join_stretches((1..commands.len()).filter(changes).map(stretch), REST_S)
+}
+
+/// Stretches of time (begin and end, s) in order, those less than `rest_s` apart as one.
+pub fn join_stretches(
+    stretches: impl IntoIterator<Item = (f64, f64)>,
+    rest_s: f64,
+) -> Vec<(f64, f64)> {
+    let mut all: Vec<(f64, f64)> = Vec::new();
+    for (start_s, end_s) in stretches {
+        match all.last_mut() {
+            Some(last) if start_s - last.1 < rest_s - SAME => last.1 = end_s,
+            _ => all.push((start_s, end_s)),
         }
     }
-    ramps
+    all
 }
 
 /// What one of several changes of the command does to the gait.

@@ -1,5 +1,6 @@
 //! The command `ω_v` over time: constant, a ramp, or any profile read from a CSV file.
 
+use gaitshift_analysis::join_stretches;
 use std::path::Path;
 
 /// `ω_v` over time, piecewise linear, constant before the first and after the last point.
@@ -98,15 +99,9 @@ impl CommandProfile {
 
     /// The stretches of time in which the command changes, in s: those less than `rest_s` apart are one.
     pub fn changes_s(&self, rest_s: f64) -> Vec<(f64, f64)> {
-        let mut changes: Vec<(f64, f64)> = Vec::new();
-        for pair in self.points.windows(2).filter(|pair| pair[0].1 != pair[1].1) {
-            match changes.last_mut() {
-                // Sums of times are not exact.
-                Some(last) if pair[0].0 - last.1 < rest_s - 1e-9 => last.1 = pair[1].0,
-                _ => changes.push((pair[0].0, pair[1].0)),
-            }
-        }
-        changes
+        let pairs = self.points.windows(2);
+        let changing = pairs.filter(|pair| pair[0].1 != pair[1].1);
+        join_stretches(changing.map(|pair| (pair[0].0, pair[1].0)), rest_s)
     }
 
     /// The text of the CSV file that [`CommandProfile::read_csv`] reads back to the same bits, unless the profile has a jump.
