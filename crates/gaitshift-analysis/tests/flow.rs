@@ -54,6 +54,21 @@ fn detailed(power: impl Fn(Detail) -> f64, impact_n: [f64; 2]) -> Recording {
     recording
 }
 
+/// A recording with details of which every sum grows with this power.
+fn with_power(plain: &Recording, watts: f64) -> Recording {
+    let mut recording = Recording::new(plain.metadata.clone());
+    for row in 0..plain.len() {
+        let mut values: Vec<f64> = plain
+            .every_column()
+            .map(|(_, series)| series[row])
+            .collect();
+        let time_s = plain.column(column::TIME_S)[row];
+        values.extend(DETAILS.iter().map(|_| watts * time_s));
+        recording.push_row(&values).expect("valid");
+    }
+    recording
+}
+
 #[test]
 fn energy_per_step_is_power_times_the_steps_time() {
     let recording = detailed(|detail| 2.0 + detail.index() as f64, [900.0, 900.0]);
@@ -103,16 +118,7 @@ fn the_energy_of_a_limps_step_does_not_depend_on_the_foot_that_lands_first() {
         }
     });
     let watts = 7.0;
-    let mut recording = Recording::new(plain.metadata.clone());
-    for row in 0..plain.len() {
-        let mut values: Vec<f64> = plain
-            .every_column()
-            .map(|(_, series)| series[row])
-            .collect();
-        let time_s = plain.column(column::TIME_S)[row];
-        values.extend(DETAILS.iter().map(|_| watts * time_s));
-        recording.push_row(&values).expect("valid");
-    }
+    let recording = with_power(&plain, watts);
     let support = Support::find(&recording, &ContactRule::default());
     // The first touchdown of each window: of the right foot, of the right again, of the left.
     for (from_s, side) in [(8.9, Side::Right), (9.2, Side::Right), (9.5, Side::Left)] {
@@ -145,16 +151,7 @@ fn a_touchdown_of_both_feet_at_the_windows_end_is_no_step_of_it() {
         }
     });
     let watts = 7.0;
-    let mut recording = Recording::new(plain.metadata.clone());
-    for row in 0..plain.len() {
-        let mut values: Vec<f64> = plain
-            .every_column()
-            .map(|(_, series)| series[row])
-            .collect();
-        let time_s = plain.column(column::TIME_S)[row];
-        values.extend(DETAILS.iter().map(|_| watts * time_s));
-        recording.push_row(&values).expect("valid");
-    }
+    let recording = with_power(&plain, watts);
     let support = Support::find(&recording, &ContactRule::default());
     let strides = whole_strides(&support, recording.window(5.0, 20.0).unwrap()).unwrap();
     let flow = EnergyFlow::find(&recording, &support, strides).expect("details");
