@@ -20,7 +20,7 @@ use crate::provenance::Provenance;
 use crate::run_folder::RunFolder;
 use crate::training::task_mirror;
 use crate::training_error::{TrainingError, io_error};
-use case::{Case, Kind, NO_OFFSETS, Pairs};
+use case::{Case, Kind, NO_OFFSETS, Offsets, Pairs, Trial};
 use gaitshift_body::Body;
 use gaitshift_sac::{Imitation, Mirror, Policy, Rehearsal};
 use gaitshift_task::{ACTION_SIZE, OBSERVATION_SIZE, OMEGA_V_MAX};
@@ -35,6 +35,9 @@ use std::time::Instant;
 const MOTIONS_NOW: f64 = 0.15;
 /// What is imitated of a push or a step, in s from its begin or its first touch.
 const IMITATED_S: f64 = 2.0;
+/// How often a way is followed with noise beside once without: one that was found, and what the controller withstands alone.
+const NOISY_FOUND: usize = 4;
+const NOISY_ALONE: usize = 1;
 /// Rounds whose ways are imitated.
 const ROUNDS_IMITATED: usize = 20;
 /// Rate of Adam's steps at the begin of a round and at its end, and pairs of each kind in a step.
@@ -45,6 +48,10 @@ const ROWS: usize = 128;
 const PUSH_FOUND_WEIGHT: f64 = 4.0;
 const STEP_FOUND_WEIGHT: f64 = 1.0;
 const ALONE_WEIGHT: f64 = 1.0;
+
+/// Streams of random numbers of no round: there are not so many rounds.
+const COMPARISON: usize = usize::MAX;
+const WIDENING: usize = usize::MAX - 1;
 
 /// The highest step that may be asked for, in m.
 pub const STEP_UP_MAX_M: f64 = 0.2;
@@ -69,6 +76,9 @@ pub struct HardeningPlan {
     pub seed: u64,
     /// Motions of the controller as it was, of 10 s each, whose states it is to answer as before.
     pub motions: usize,
+    /// Units that every hidden layer of the policy is to have at least. It begins as the same function in a network so wide. Where the
+    /// controller is the mean of a policy and its mirror image, it has twice as many.
+    pub hidden_units: usize,
     /// Steps of Adam in a round.
     pub adam_steps: usize,
     /// Weight of what the controller did before.
@@ -89,6 +99,7 @@ impl Default for HardeningPlan {
             steps_up: 0,
             seed: 1,
             motions: 400,
+            hidden_units: 0,
             adam_steps: 4000,
             before_weight: 1.0,
             compared: 128,
@@ -145,6 +156,7 @@ impl HardeningPlan {
             ("pushes in a round", self.pushes, 1, 10_000),
             ("steps up in a round", self.steps_up, 0, 10_000),
             ("motions", self.motions, 1, 10_000),
+            ("hidden units", self.hidden_units, 0, 4096),
             ("steps of Adam in a round", self.adam_steps, 1, 1_000_000),
             ("pushes to compare by", self.compared, 1, 10_000),
         ] {
@@ -200,6 +212,25 @@ impl HardeningRound {
             Kind::StepUp => &mut self.steps_up,
         }
     }
+}
+
+/// What is imitated of a way: what is done, and what would be done beside it, where noise has led for `noisy` times, as long as that
+/// is withstood. Errors of the controller's own will lead there.
+fn imitated(
+    case: &Case,
+    policy: &mut Policy,
+    offsets: &Offsets,
+    noisy: usize,
+    rng: &mut Xoshiro256PlusPlus,
+) -> Pairs {
+    let mut pairs = case.record(policy, offsets, offsets, IMITATED_S);
+    for _ in 0..noisy {
+        let followed = search::with_noise(offsets, rng);
+        if case.share(policy, &followed, Trial::Sample) >= 1.0 {
+            pairs.append(&case.record(policy, offsets, &followed, IMITATED_S));
+        }
+    }
+    pairs
 }
 
 /// The first `pushes` are pushes, all others steps.
@@ -310,6 +341,9 @@ impl Hardening {
             steps_up: Remembered::default(),
             rounds: Vec::new(),
         };
+        let mut rng = hardening.stream(WIDENING, 0);
+        let units = hardening.plan.hidden_units;
+        hardening.policy = hardening.policy.widened(units, &mut rng);
         if hardening.restore()? {
             // A kill may have come between the state and what is made of it, of which the rounds are the last.
             let written = std::fs::read_to_string(hardening.rounds_path());
@@ -356,7 +390,10 @@ impl Hardening {
             } else {
                 search::search(&case, &mut policy, &mut rng)
             };
-            let pairs = offsets.map(|offsets| case.record(&mut policy, &offsets, IMITATED_S));
+            let pairs = offsets.map(|offsets| {
+                let noisy = if alone { NOISY_ALONE } else { NOISY_FOUND };
+                imitated(&case, &mut policy, &offsets, noisy, &mut rng)
+            });
             Some((kind, alone, pairs, tried))
         });
         let mut round = HardeningRound {
@@ -432,7 +469,7 @@ impl Hardening {
         let averaged = steps.div_ceil(10);
         for step in 0..steps {
             let share = step as f64 / steps as f64;
-            let rate = LEARNING_RATE[0] + (LEARNING_RATE[1] - LEARNING_RATE[0]) * share;
+            let rate = LEARNING_RATE[0] * (LEARNING_RATE[1] / LEARNING_RATE[0]).powf(share);
             let step_losses = imitation.step(&sets, rate, &mut rng)?;
             if step + averaged >= steps {
                 for (&kind, loss) in kinds.iter().zip(&step_losses) {
@@ -456,8 +493,7 @@ impl Hardening {
             compared
         };
         let withstood = in_parallel(self.threads, of_both, |index| {
-            // Those of no round: as many as there can be are before.
-            let mut rng = self.stream(usize::MAX, index);
+            let mut rng = self.stream(COMPARISON, index);
             let mut policy = controller.policy.clone();
             let case = self.case(kind(index, compared), &mut policy, &mut rng);
             case.is_some_and(|case| case.withstood(&mut policy, &NO_OFFSETS))

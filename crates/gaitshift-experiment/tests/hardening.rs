@@ -1,5 +1,6 @@
 //! Contract: a hardening is the same to the bit whatever the threads and whether or not it was stopped; its best controller meets at least as
-//! many criteria as the one that it began with; ways over a step begin at its first touch; what a folder holds of something else is
+//! many criteria as the one that it began with; ways over a step begin at its first touch; what is imitated is free of the noise that leads
+//! beside a way; what a folder holds of something else is
 //! neither taken nor lost.
 
 use gaitshift_experiment::{Controller, Hardening, HardeningPlan, HardeningRound};
@@ -152,6 +153,63 @@ fn a_controller_that_stops_at_high_steps_finds_ways_over_them_from_their_first_t
     assert_eq!((round.pushes.alone, round.pushes.found), (1, 0));
 }
 
+// Where the body is led by noise too, the commands that are imitated are those without it.
+#[test]
+fn noise_leads_beside_the_way_and_is_not_imitated() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = HardeningPlan {
+        impulse_n_s: vec![[1.0, 5.0]],
+        steps_up: 0,
+        ..plan()
+    };
+    begin(plan, folder.path(), 2).round().unwrap();
+    let state = std::fs::read(folder.path().join("state.safetensors")).unwrap();
+    let state = safetensors::SafeTensors::deserialize(&state).unwrap();
+    let values = |name: &str| -> Vec<f32> {
+        let bytes = state.tensor(name).unwrap().data();
+        let numbers = bytes.chunks_exact(4);
+        numbers
+            .map(|b| f32::from_le_bytes(b.try_into().unwrap()))
+            .collect()
+    };
+    let observations = values("push.alone.00.observations");
+    let actions = values("push.alone.00.actions");
+    // Three pushes that it withstands, 2 s of each once without noise and once with it.
+    let mut robust = Controller::read(Path::new("robust")).unwrap();
+    let periods = (2.0 / robust.task.control_period_s).round() as usize;
+    assert_eq!(actions.len(), 2 * (3 * 2 * periods));
+    let mut own = vec![0.0; actions.len()];
+    robust.policy.mean_action(&observations, &mut own).unwrap();
+    for (imitated, own) in actions.iter().zip(&own) {
+        assert!((imitated - own).abs() < 1e-5);
+    }
+    let (clean, noisy) = observations.split_at(observations.len() / 6);
+    assert_ne!(clean, &noisy[..clean.len()]);
+}
+
+#[test]
+fn a_wider_network_begins_with_what_the_controller_does() {
+    let (folder, plan) = (
+        tempfile::tempdir().unwrap(),
+        HardeningPlan {
+            hidden_units: 120,
+            ..plan()
+        },
+    );
+    let hardening = begin(plan.clone(), folder.path(), 2);
+    assert_eq!(hardening.rounds()[0].met, 38);
+    let begun = Controller::read(&hardening.best_path()).unwrap();
+    // The mean of a policy of that width and its mirror image.
+    assert_eq!(begun.policy.shape().hidden, [240, 240]);
+    drop(hardening);
+    let mut continued = begin(plan, folder.path(), 2);
+    assert_eq!(continued.rounds().len(), 1);
+    continued.round().unwrap();
+    let last = Controller::read(&folder.path().join("controller-last.safetensors")).unwrap();
+    assert_eq!(last.policy.shape(), begun.policy.shape());
+    assert_ne!(last.policy.tensors(), begun.policy.tensors());
+}
+
 #[test]
 fn a_plan_that_cannot_be_followed_is_refused() {
     for (plan, named) in [
@@ -238,6 +296,13 @@ fn a_plan_that_cannot_be_followed_is_refused() {
                 ..plan()
             },
             "steps of Adam in a round is 0",
+        ),
+        (
+            HardeningPlan {
+                hidden_units: 4097,
+                ..plan()
+            },
+            "hidden units is 4097",
         ),
         (
             HardeningPlan {

@@ -3,6 +3,7 @@
 use std::iter;
 
 use gaitshift_nn::{Activations, Mlp, MlpShape, NamedTensor};
+use rand::Rng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
 use crate::config::CHUNK;
@@ -142,6 +143,34 @@ impl Policy {
     /// means, then the logarithms of the deviations.
     pub fn tensors(&self) -> Vec<NamedTensor<f32>> {
         self.network.tensors()
+    }
+
+    /// The same function in a network whose hidden layers have `units` units each: those that are new count for nothing until
+    /// they have learned. Layers that have as many or more are left as they are.
+    pub fn widened(&self, units: usize, rng: &mut impl Rng) -> Self {
+        let shape = self.shape();
+        let wide_shape = MlpShape {
+            hidden: shape.hidden.iter().map(|&old| old.max(units)).collect(),
+            ..shape.clone()
+        };
+        let mut network = Mlp::random(wide_shape, rng);
+        let tensors: Vec<_> = network
+            .tensors()
+            .into_iter()
+            .zip(&self.tensors())
+            .map(|(mut wide, old)| {
+                let width = |tensor: &NamedTensor<f32>| tensor.shape.get(1).copied().unwrap_or(1);
+                let (columns, kept) = (width(&wide), width(old));
+                let rows = wide.values.chunks_mut(columns);
+                for (row, old) in rows.zip(old.values.chunks(kept)) {
+                    row[..kept].copy_from_slice(old);
+                    row[kept..].fill(0.0);
+                }
+                wide
+            })
+            .collect();
+        network.load_tensors(&tensors);
+        Self::new(network)
     }
 
     /// The mean of this policy and its mirror image, `(f(o) + M f(M o)) / 2` for the outputs `f` before the tanh: a policy

@@ -1,6 +1,6 @@
 //! A policy is the actor alone: rebuilt from its tensors it acts alike, rows do not influence each other, its
 //! log-probabilities are those of the density its actions follow, and tensors that do not fit are refused by name. The mean
-//! of a policy and its mirror image commutes with the mirror.
+//! of a policy and its mirror image commutes with the mirror. A widened policy acts as before and has more to learn with.
 
 use gaitshift_sac::{Agent, Mirror, MlpShape, Policy, PolicyError, SacConfig, reflect, streams};
 
@@ -172,6 +172,29 @@ fn mean_with_the_mirror_image() {
         furthest > 0.01 && asymmetry > 0.01,
         "{furthest} {asymmetry}"
     );
+}
+
+#[test]
+fn widened_it_is_the_same_function() {
+    let mut policy = agent().policy();
+    let [mut rng] = streams(7);
+    let mut wide = policy.widened(40, &mut rng);
+    assert_eq!(wide.shape().hidden, [40, 40]);
+    let observations = observations(50);
+    let (mut own, mut found) = ([0.0; 100], [0.0; 100]);
+    policy.mean_action(&observations, &mut own).unwrap();
+    wide.mean_action(&observations, &mut found).unwrap();
+    for (found, own) in found.iter().zip(own) {
+        assert!((found - own).abs() < 1e-6);
+    }
+    // New units have inputs, so that a step of learning has something to go by.
+    let tensors = wide.tensors();
+    let weight = tensors.iter().find(|t| t.name == "layers.1.weight");
+    let weight = &weight.unwrap().values;
+    assert!(weight[39 * 40..].iter().all(|w| *w != 0.0));
+    // Layers as wide or wider stay.
+    let same = policy.widened(24, &mut rng);
+    assert_eq!(same.tensors(), policy.tensors());
 }
 
 #[test]

@@ -30,6 +30,7 @@ pub fn run(arguments: &HardenArguments) -> Result<(), Failure> {
     let a = arguments;
     let mut plan = HardeningPlan {
         pushes: a.pushes,
+        hidden_units: a.hidden_units,
         seed: a.seed,
         ..HardeningPlan::with_steps_up(a.steps_up)
     };

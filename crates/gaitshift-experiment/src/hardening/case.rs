@@ -13,10 +13,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Duration of a push, in s.
 const PUSH_S: f64 = 0.1;
-/// When offsets begin after a push does, in s. Before that the body's state says little of the push, so that no policy could
-/// tell what to do. After the first touch of a step they begin at once.
-const ONSET_S: f64 = 0.06;
-/// Offsets are straight lines between this many knots, this far apart in s, then 0.
+/// Offsets begin with the push, or with the first touch of a step. They are straight lines between this many knots, this far apart
+/// in s, then 0.
 pub(super) const KNOTS: usize = 20;
 const KNOT_S: f64 = 0.1;
 /// A push is withstood by a body that is up so long after its begin, in s, and may be by one that is after the time of a sample:
@@ -165,10 +163,18 @@ impl Case {
         self.share(policy, offsets, Trial::Whole) >= 1.0
     }
 
-    /// What is done in the first `duration_s`.
-    pub fn record(&self, policy: &mut Policy, offsets: &Offsets, duration_s: f64) -> Pairs {
+    /// What is to be done in the first `duration_s`: the commands with the offsets `meant`, in the states to which those with
+    /// `followed` lead.
+    pub fn record(
+        &self,
+        policy: &mut Policy,
+        meant: &Offsets,
+        followed: &Offsets,
+        duration_s: f64,
+    ) -> Pairs {
         let mut pairs = Pairs::default();
-        self.go(policy, offsets, duration_s, Goal::Up, Some(&mut pairs));
+        let recorded = Some((meant, &mut pairs));
+        self.go(policy, followed, duration_s, Goal::Up, recorded);
         pairs
     }
 
@@ -179,20 +185,19 @@ impl Case {
         offsets: &Offsets,
         duration_s: f64,
         goal: Goal,
-        recorded: Option<&mut Pairs>,
+        recorded: Option<(&Offsets, &mut Pairs)>,
     ) -> f64 {
         let mut simulation = self.settled.clone();
         let period_s = simulation.control_period_s();
         let periods = |time_s: f64| (time_s / period_s).round() as usize;
-        let (push_n, onset_s) = match self.met {
-            Met::Push { impulse_n_s } => (Some([impulse_n_s / PUSH_S, 0.0]), ONSET_S),
-            Met::Step { .. } => (None, 0.0),
+        let push_n = match self.met {
+            Met::Push { impulse_n_s } => Some([impulse_n_s / PUSH_S, 0.0]),
+            Met::Step { .. } => None,
         };
         let mut disturbed = Disturbed {
             policy,
             offsets,
             period: 0,
-            onset: periods(onset_s),
             period_s,
             recorded,
         };
@@ -264,27 +269,35 @@ struct Disturbed<'a> {
     policy: &'a mut Policy,
     offsets: &'a Offsets,
     period: usize,
-    onset: usize,
     period_s: f64,
-    recorded: Option<&'a mut Pairs>,
+    /// What is recorded, with these offsets.
+    recorded: Option<(&'a Offsets, &'a mut Pairs)>,
 }
 
 impl Control for Disturbed<'_> {
     fn act(&mut self, observation: &[f32; OBSERVATION_SIZE], action: &mut [f32; ACTION_SIZE]) {
         Deterministic(self.policy).act(observation, action);
-        if let Some(period) = self.period.checked_sub(self.onset) {
-            let place = period as f64 * self.period_s / KNOT_S;
-            let (knot, share) = (place as usize, place.fract());
-            if let [from, to, ..] = self.offsets.get(knot..).unwrap_or_default() {
-                for ((command, from), to) in action.iter_mut().zip(from).zip(to) {
-                    let offset = from * (1.0 - share) + to * share;
-                    *command = (f64::from(*command) + offset).clamp(-1.0, 1.0) as f32;
-                }
-            }
+        let place = self.period as f64 * self.period_s / KNOT_S;
+        if let Some((meant, pairs)) = &mut self.recorded {
+            pairs.push(observation, &with_offsets(*action, meant, place));
         }
-        if let Some(pairs) = &mut self.recorded {
-            pairs.push(observation, action);
-        }
+        *action = with_offsets(*action, self.offsets, place);
         self.period += 1;
     }
+}
+
+/// The commands with the offsets at a place between two knots.
+fn with_offsets(
+    mut action: [f32; ACTION_SIZE],
+    offsets: &Offsets,
+    place: f64,
+) -> [f32; ACTION_SIZE] {
+    let (knot, share) = (place as usize, place.fract());
+    if let [from, to, ..] = offsets.get(knot..).unwrap_or_default() {
+        for ((command, from), to) in action.iter_mut().zip(from).zip(to) {
+            let offset = from * (1.0 - share) + to * share;
+            *command = (f64::from(*command) + offset).clamp(-1.0, 1.0) as f32;
+        }
+    }
+    action
 }

@@ -70,6 +70,11 @@ pub(super) fn search(
     (Some(mean), tried)
 }
 
+/// A way with as much noise as it has to bear.
+pub(super) fn with_noise(offsets: &Offsets, rng: &mut Xoshiro256PlusPlus) -> Offsets {
+    noisy(offsets, &[[NOISE; 2]; KNOTS], rng)
+}
+
 fn noisy(mean: &Offsets, deviation: &Offsets, rng: &mut Xoshiro256PlusPlus) -> Offsets {
     let mut sample = *mean;
     let values = sample.as_flattened_mut().iter_mut();
@@ -105,11 +110,10 @@ fn holds(
     offsets: &Offsets,
     rng: &mut Xoshiro256PlusPlus,
 ) -> bool {
-    let noise = [[NOISE; 2]; KNOTS];
     case.withstood(policy, offsets)
         && (0..NOISY)
             .filter(|_| {
-                let sample = noisy(offsets, &noise, rng);
+                let sample = with_noise(offsets, rng);
                 case.share(policy, &sample, Trial::Sample) >= 1.0
             })
             .count()

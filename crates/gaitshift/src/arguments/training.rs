@@ -285,6 +285,18 @@ pub struct HardenArguments {
     #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = commands, requires = "steps_up")]
     pub step_omega_v: Vec<Commands>,
 
+    /// Units that every hidden layer of the policy is to have at least, 0 to 4096; 0: as many as it has
+    ///
+    /// More learn more, and take longer. The policy begins as the same function in a network so wide. A controller that is the
+    /// mean of a policy and its mirror image, as the recipes' are, then has twice as many.
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        allow_negative_numbers = true
+    )]
+    pub hidden_units: usize,
+
     /// Seed of everything random
     #[arg(
         long,
