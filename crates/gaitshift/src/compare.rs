@@ -4,7 +4,7 @@ use crate::arguments::{CompareArguments, distinct, distinct_commands, distinct_p
 use crate::evaluate::{self, starts};
 use crate::failure::Failure;
 use crate::gaits::{self, Row, print_named_gaits, read_recording};
-use crate::motion::{Subject, load_controller};
+use crate::motion::{Subject, load_controller, start_words};
 use crate::output;
 use crate::progress::{count, duration};
 use crate::spread::{self, Spread};
@@ -80,6 +80,15 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
         .collect::<Result<_, Failure>>()?;
     let commands = distinct_commands(&a.omega_v).map_err(Failure::input)?;
     let seeds = distinct(&a.seed).map_err(Failure::input)?;
+    // The same for all controllers; recordings have their own.
+    let circumstances = items.iter().find_map(|(_, item)| match item {
+        Item::Controller(subject) => Some(format!(
+            "{}{}",
+            start_words(&seeds),
+            subject.circumstances()
+        )),
+        Item::Recording(_) => None,
+    });
     let folder = a.print.folder(a.out.as_deref(), "out/compare");
     if let Some(folder) = &folder {
         output::create_folder(folder)?;
@@ -132,6 +141,9 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
             runs: &runs,
             experiments: &table.variants,
         });
+    }
+    if let Some(circumstances) = circumstances {
+        output::line(&circumstances)?;
     }
     match &spreads {
         Some(spreads) => print_spreads(&measured, spreads)?,

@@ -3,7 +3,7 @@
 use crate::arguments::{EvaluateArguments, distinct, distinct_commands};
 use crate::failure::Failure;
 use crate::gaits::{Row, describe, print_gaits, print_rows};
-use crate::motion::{Subject, read_profile, write_recording};
+use crate::motion::{Subject, read_profile, start_words, write_recording};
 use crate::output;
 use crate::spread::{self, Spread};
 use crate::unseen;
@@ -80,10 +80,7 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
             spread,
         });
     }
-    let start = match &seeds[..] {
-        [] | [_] => subject.start_name(),
-        several => format!("{} random starts", several.len()),
-    };
+    let start = start_words(&seeds);
     output::line(&format!(
         "{}, {start}{}, {}",
         subject.name,

@@ -163,8 +163,9 @@ fn describe(rounds: &[HardeningRound], controller: &str) -> Result<(), Failure> 
             })
             .collect();
         output::line(&format!(
-            "{} rounds in {}; the best, of round {}, withstands {}, and meets {} of {} criteria ({} before)",
+            "{} {} in {}; the best, of round {}, withstands {}, and meets {} of {} criteria ({} before)",
             last.round,
+            if last.round == 1 { "round" } else { "rounds" },
             duration(last.elapsed_s),
             best.round,
             withstands.join(" and "),

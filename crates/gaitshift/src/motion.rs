@@ -146,10 +146,7 @@ impl Subject {
 
     /// Where motions start, in words.
     pub fn start_name(&self) -> String {
-        match self.seed {
-            Some(seed) => format!("random start {seed}"),
-            None => "default start".to_owned(),
-        }
+        start_words(self.seed.as_slice())
     }
 
     /// Moves under `profile` for `duration_s` or until it falls.
@@ -252,4 +249,13 @@ pub fn write_recording(
         }
     }
     Ok(path)
+}
+
+/// Where motions start that begin at what these seeds draw; at the default start if there are none.
+pub fn start_words(seeds: &[u64]) -> String {
+    match seeds {
+        [] => "default start".to_owned(),
+        [seed] => format!("random start {seed}"),
+        several => format!("{} random starts", several.len()),
+    }
 }

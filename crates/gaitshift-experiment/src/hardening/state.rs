@@ -121,8 +121,8 @@ impl Hardening {
         if header.plan != self.plan || header.controller_crc32c != self.original_crc32c()? {
             return Err(TrainingError::other(
                 &self.folder,
-                "holds the hardening of another controller, or with other commands, disturbances or seed; give the same, or \
-                 another --out"
+                "holds the hardening of another controller, or with other commands, disturbances, hidden units or seed; give the \
+                 same, or another --out"
                     .to_owned(),
             ));
         }
