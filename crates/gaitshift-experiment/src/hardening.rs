@@ -119,7 +119,7 @@ impl HardeningPlan {
         Self {
             steps_up,
             adam_steps: 12_000,
-            before_weight: 3.0,
+            before_weight: 4.0,
             ..pushes_alone
         }
     }

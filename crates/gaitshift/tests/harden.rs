@@ -58,7 +58,7 @@ fn steps_have_columns_of_their_own() {
         serde_json::json!([[0.01, 0.02]])
     );
     assert_eq!(value["plan"]["adam_steps"], 12_000);
-    assert_eq!(value["plan"]["before_weight"], 3.0);
+    assert_eq!(value["plan"]["before_weight"], 4.0);
     let steps = &value["rounds"][0]["steps_up"];
     assert_eq!(steps["compared"], 128);
     let withstood = steps["withstood"].as_u64().unwrap();
