@@ -18,9 +18,14 @@ fn plan() -> HardeningPlan {
     }
 }
 
+/// What `robust` was made of: a smaller network, and pushes that it does not withstand.
+fn unhardened() -> Controller {
+    let name = "../../controllers/robust/before-hardening.safetensors";
+    Controller::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap()
+}
+
 fn begin(plan: HardeningPlan, folder: &Path, threads: usize) -> Hardening {
-    let controller = Controller::read(Path::new("robust")).unwrap();
-    Hardening::new(controller, plan, folder, threads, "gaitshift harden").unwrap()
+    Hardening::new(unhardened(), plan, folder, threads, "gaitshift harden").unwrap()
 }
 
 /// Without the wall-clock.
@@ -46,10 +51,10 @@ fn stopped_and_continued_with_other_threads_it_is_the_same() {
         |folder: &Path| Controller::read(&folder.join("controller-last.safetensors")).unwrap();
     let (one, other) = (last(whole.path()), last(parts.path()));
     assert_eq!(one.policy.tensors(), other.policy.tensors());
-    let robust = Controller::read(Path::new("robust")).unwrap();
-    assert_ne!(one.policy.tensors(), robust.policy.tensors());
+    let original = unhardened();
+    assert_ne!(one.policy.tensors(), original.policy.tensors());
     // What is fitted is the half of a mean with the mirror image, so the sizes stay.
-    assert_eq!(one.policy.shape(), robust.policy.shape());
+    assert_eq!(one.policy.shape(), original.policy.shape());
 
     let [first, rest @ ..] = &rounds(&continued)[..] else {
         panic!("no rounds")
@@ -77,8 +82,8 @@ fn stopped_and_continued_with_other_threads_it_is_the_same() {
     let best = rest.iter().rev().find(|round| round.best);
     let kept = Controller::read(&continued.best_path()).unwrap();
     match best {
-        None => assert_eq!(kept.policy.tensors(), robust.policy.tensors()),
-        Some(_) => assert_ne!(kept.policy.tensors(), robust.policy.tensors()),
+        None => assert_eq!(kept.policy.tensors(), original.policy.tensors()),
+        Some(_) => assert_ne!(kept.policy.tensors(), original.policy.tensors()),
     }
     let lines = std::fs::read_to_string(parts.path().join("rounds.jsonl")).unwrap();
     assert_eq!(lines.lines().count(), 3);
@@ -106,22 +111,22 @@ fn what_a_kill_kept_from_being_written_is_written_by_the_next_call() {
 #[test]
 fn what_the_folder_holds_of_something_else_stays() {
     let folder = tempfile::tempdir().unwrap();
-    let refused = |plan: HardeningPlan, name: &str| {
-        let controller = Controller::read(Path::new(name)).unwrap();
+    let refused = |plan: HardeningPlan, controller: Controller| {
         let refused = Hardening::new(controller, plan, folder.path(), 1, "");
         refused.unwrap_err().to_string()
     };
     std::fs::write(folder.path().join("controller.safetensors"), "mine").unwrap();
-    assert!(refused(plan(), "robust").contains("already holds controller.safetensors"));
+    assert!(refused(plan(), unhardened()).contains("already holds controller.safetensors"));
     let mine = std::fs::read(folder.path().join("controller.safetensors")).unwrap();
     assert_eq!(mine, b"mine");
     std::fs::remove_file(folder.path().join("controller.safetensors")).unwrap();
 
     let running = begin(plan(), folder.path(), 1);
-    assert!(refused(plan(), "robust").contains("by another process"));
+    assert!(refused(plan(), unhardened()).contains("by another process"));
     drop(running);
     let other = HardeningPlan { seed: 2, ..plan() };
-    for message in [refused(other, "robust"), refused(plan(), "shipped")] {
+    let shipped = Controller::read(Path::new("shipped")).unwrap();
+    for message in [refused(other, unhardened()), refused(plan(), shipped)] {
         assert!(
             message.contains("another controller, or with other"),
             "{message}"
@@ -130,7 +135,9 @@ fn what_the_folder_holds_of_something_else_stays() {
     let state = folder.path().join("state.safetensors");
     let bytes = std::fs::read(&state).unwrap();
     std::fs::write(&state, &bytes[..bytes.len() / 2]).unwrap();
-    assert!(refused(plan(), "robust").contains("restore it from a copy, or give another --out"));
+    assert!(
+        refused(plan(), unhardened()).contains("restore it from a copy, or give another --out")
+    );
 }
 
 // What went wrong: hardened with ways that begin before a foot touches the step, a controller learned nothing of steps.
@@ -175,11 +182,14 @@ fn noise_leads_beside_the_way_and_is_not_imitated() {
     let observations = values("push.alone.00.observations");
     let actions = values("push.alone.00.actions");
     // Three pushes that it withstands, 2 s of each once without noise and once with it.
-    let mut robust = Controller::read(Path::new("robust")).unwrap();
-    let periods = (2.0 / robust.task.control_period_s).round() as usize;
+    let mut original = unhardened();
+    let periods = (2.0 / original.task.control_period_s).round() as usize;
     assert_eq!(actions.len(), 2 * (3 * 2 * periods));
     let mut own = vec![0.0; actions.len()];
-    robust.policy.mean_action(&observations, &mut own).unwrap();
+    original
+        .policy
+        .mean_action(&observations, &mut own)
+        .unwrap();
     for (imitated, own) in actions.iter().zip(&own) {
         assert!((imitated - own).abs() < 1e-5);
     }
