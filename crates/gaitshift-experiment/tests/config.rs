@@ -222,6 +222,10 @@ fn mistakes_are_reported_with_file_and_key() {
             vec!["training.environments"],
         ),
         (
+            "[training]\nreplay_capacity = 1_000_000_000_000",
+            vec!["training.replay_capacity", "from 1000 to 1e9"],
+        ),
+        (
             "[training]\nsymmetry = \"sideways\"",
             vec!["sideways", "replay"],
         ),

@@ -8,6 +8,9 @@ use gaitshift_sac::{SacConfig, Temperature};
 use gaitshift_task::{EndReason, Environment, Phase};
 use std::f64::consts::PI;
 
+/// More transitions, of 160 bytes and more each, fill no usual machine's memory.
+const REPLAY_CAPACITY_MAX: usize = 1_000_000_000;
+
 impl Experiment {
     /// Checks every value.
     ///
@@ -109,8 +112,8 @@ impl Experiment {
             (
                 "replay_capacity",
                 t.replay_capacity as f64,
-                t.replay_capacity >= t.environments.max(1000),
-                "1000 or greater and at least the number of environments",
+                (t.environments.max(1000)..=REPLAY_CAPACITY_MAX).contains(&t.replay_capacity),
+                "from 1000 to 1e9, and at least the number of environments",
             ),
         ];
         for (key, value, ok, accepted) in ranges {
