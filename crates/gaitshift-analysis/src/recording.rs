@@ -173,6 +173,15 @@ impl Recording {
                 value: row[position],
             });
         }
+        // A detail that was set for the rows so far needs a value of this one, too.
+        let mut details = DETAILS.iter().zip(&self.details);
+        if let Some((name, series)) = details.find(|(_, d)| !detailed && !d.is_empty()) {
+            return Err(RowError::DetailLength {
+                column: (*name).to_owned(),
+                found: series.len(),
+                expected: self.len() + 1,
+            });
+        }
         let time_s = row[column::TIME_S.index()];
         if let Some(&previous_s) = self.column(column::TIME_S).last()
             && time_s <= previous_s

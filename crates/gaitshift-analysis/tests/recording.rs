@@ -513,6 +513,13 @@ fn rows_have_details_all_or_none() {
         .expect("valid");
     assert_eq!(told.detail(detail::COM_X_M), Some(&[1.0, 2.0, 3.0][..]));
     assert_eq!(round_trip(&told), told);
+    // The detail became shorter than the rows.
+    let before = told.clone();
+    assert!(matches!(
+        told.push_row(&row),
+        Err(RowError::DetailLength { .. })
+    ));
+    assert_eq!(told, before);
 }
 
 #[test]

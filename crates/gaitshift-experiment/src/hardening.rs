@@ -298,6 +298,8 @@ pub struct Hardening {
     /// Where the controller is the mean of a policy and its mirror image, that policy is fitted.
     is_mean: bool,
     policy: Policy,
+    /// As it was after the best round.
+    best: Policy,
     before: Pairs,
     pushes: Remembered,
     steps_up: Remembered,
@@ -326,6 +328,7 @@ impl Hardening {
         let half = original.policy.without_mirror_image(&mirror);
         let mut hardening = Self {
             is_mean: half.is_some(),
+            best: original.policy.clone(),
             policy: half.unwrap_or_else(|| original.policy.clone()),
             plan,
             original,
@@ -344,10 +347,11 @@ impl Hardening {
         let mut rng = hardening.stream(WIDENING, 0);
         let units = hardening.plan.hidden_units;
         hardening.policy = hardening.policy.widened(units, &mut rng);
+        hardening.best = hardening.policy.clone();
         if hardening.restore()? {
             // A kill may have come between the state and what is made of it, of which the rounds are the last.
             let written = std::fs::read_to_string(hardening.rounds_path());
-            if written.ok() != Some(hardening.lines()?) {
+            if written.ok() != Some(hardening.lines()?) || !hardening.holds_best() {
                 hardening.publish()?;
             }
         } else {
@@ -377,7 +381,7 @@ impl Hardening {
         if self.before.rows() == 0 {
             self.before = self.motions(self.plan.motions, true, &self.original.policy, 0);
         }
-        let policy = self.judged();
+        let policy = self.judged(&self.policy);
         let cases = self.plan.pushes + self.plan.steps_up;
         let tried = in_parallel(self.threads, cases, |index| {
             let mut rng = self.stream(number, index);
@@ -485,7 +489,7 @@ impl Hardening {
 
     /// Compares the controller with those before it, and writes everything.
     fn finish(&mut self, mut round: HardeningRound, clock: Instant) -> Result<(), TrainingError> {
-        let mut controller = self.controller();
+        let mut controller = self.controller(&self.policy);
         let compared = self.plan.compared;
         let of_both = if self.plan.steps_up > 0 {
             2 * compared
@@ -523,21 +527,30 @@ impl Hardening {
         round.best = round.met >= met_at_first && most.is_none_or(|most| round.withstood() > most);
         let earlier_s = self.rounds.last().map_or(0.0, |last| last.elapsed_s);
         round.elapsed_s = earlier_s + clock.elapsed().as_secs_f64();
+        if round.best {
+            self.best = self.policy.clone();
+        }
         self.rounds.push(round);
         // The state first: what is made from it can be made again.
         self.save()?;
         self.publish()
     }
 
-    /// Writes what others read of the state: the last round's controller, which may be the best, and the rounds.
+    /// Writes what others read of the state: the last round's controller, the best one, and the rounds.
     fn publish(&self) -> Result<(), TrainingError> {
-        let controller = self.controller();
-        controller.write(&self.folder.join("controller-last.safetensors"))?;
-        if self.rounds.last().is_some_and(|last| last.best) {
-            controller.write(&self.best_path())?;
+        let last = self.controller(&self.policy);
+        last.write(&self.folder.join("controller-last.safetensors"))?;
+        if !self.holds_best() {
+            self.controller(&self.best).write(&self.best_path())?;
         }
         let path = self.rounds_path();
         durable::write(&path, self.lines()?.as_bytes()).map_err(io_error(&path))
+    }
+
+    /// Whether the best controller is where others look for it.
+    fn holds_best(&self) -> bool {
+        Controller::read(&self.best_path())
+            .is_ok_and(|held| held.policy.tensors() == self.judged(&self.best).tensors())
     }
 
     fn rounds_path(&self) -> PathBuf {
@@ -562,19 +575,19 @@ impl Hardening {
         Case::draw(kind, &self.plan, policy, &self.body, task, rng)
     }
 
-    /// The policy that acts.
-    fn judged(&self) -> Policy {
+    /// The policy that acts where this one is fitted.
+    fn judged(&self, policy: &Policy) -> Policy {
         if self.is_mean {
-            self.policy.mean_with_mirror_image(&self.mirror)
+            policy.mean_with_mirror_image(&self.mirror)
         } else {
-            self.policy.clone()
+            policy.clone()
         }
     }
 
-    fn controller(&self) -> Controller {
+    fn controller(&self, policy: &Policy) -> Controller {
         let original = &self.original.provenance;
         Controller {
-            policy: self.judged(),
+            policy: self.judged(policy),
             body: self.original.body.clone(),
             task: self.original.task.clone(),
             provenance: Provenance {

@@ -54,5 +54,5 @@ pub use sweep::{
     Estimate, EvaluationSummary, Sweep, SweepReport, SweepTable, Trial, TrialSettings,
     TrialSummary, Variant, VariantSummary, begin_trial, folder_name, sweep_command,
 };
-pub use training::{Observer, Parts, Progress, RunReport, Training};
+pub use training::{Observer, Parts, Progress, RunReport, Training, starting_controller};
 pub use training_error::TrainingError;

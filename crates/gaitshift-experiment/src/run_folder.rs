@@ -86,6 +86,14 @@ impl RunFolder {
 
     /// Creates the folder, for a new run.
     pub fn create(&self) -> Result<(), TrainingError> {
+        match fs::metadata(&self.path) {
+            Ok(there) if !there.is_dir() => {
+                let cause = "is a file, not a folder; give another --out".to_owned();
+                return Err(TrainingError::other(&self.path, cause));
+            }
+            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(io_error(&self.path)(e)),
+            _ => {}
+        }
         for name in LOGS.into_iter().chain([CONFIG]) {
             if self.file(name).exists() {
                 return Err(TrainingError::other(
@@ -173,6 +181,12 @@ impl RunFolder {
                 ));
             }
             Err(TryLockError::Error(_)) => return Ok(None),
+        }
+        if !self.is_of_no_run(LOCK)? {
+            return Err(TrainingError::other(
+                &self.path,
+                format!("already holds {LOCK}, which is not of this program; give another --out"),
+            ));
         }
         file.set_len(0)
             .and_then(|()| file.write_all(format!("{}\n", std::process::id()).as_bytes()))

@@ -113,6 +113,29 @@ fn learner_mirror(experiment: &Experiment) -> Option<Mirror> {
     (experiment.training.symmetry == Symmetry::Replay).then(task_mirror)
 }
 
+/// The controller that the experiment names as its start, if it names one.
+///
+/// # Errors
+/// One that cannot be read, or has other layers than the learner's.
+pub fn starting_controller(experiment: &Experiment) -> Result<Option<Controller>, TrainingError> {
+    let Some(start) = &experiment.training.warm_start else {
+        return Ok(None);
+    };
+    let controller = Controller::read(Path::new(&start.controller))?;
+    let (shape, learner) = (controller.policy.shape(), &experiment.learner);
+    if shape.hidden != learner.actor_hidden {
+        return Err(TrainingError::other(
+            Path::new(&start.controller),
+            format!(
+                "cannot be the start of this training: it has the hidden layers {:?}, the learner {:?}; set \
+                 `learner.actor_hidden` to its layers",
+                shape.hidden, learner.actor_hidden
+            ),
+        ));
+    }
+    Ok(Some(controller))
+}
+
 impl Training {
     /// Prepares a run in a new folder. `command` is kept as the provenance of its controllers.
     ///
@@ -139,22 +162,10 @@ impl Training {
 
     /// Begins with the controller that the experiment names, if any.
     fn warm_start(&mut self) -> Result<(), TrainingError> {
-        let Some(start) = &self.experiment.training.warm_start else {
-            return Ok(());
-        };
-        let controller = Controller::read(Path::new(&start.controller))?;
-        let (shape, learner) = (controller.policy.shape(), &self.experiment.learner);
-        if shape.hidden != learner.actor_hidden {
-            return Err(TrainingError::other(
-                Path::new(&start.controller),
-                format!(
-                    "cannot be the start of this training: it has the hidden layers {:?}, the learner {:?}; set \
-                     `learner.actor_hidden` to its layers",
-                    shape.hidden, learner.actor_hidden
-                ),
-            ));
+        match starting_controller(&self.experiment)? {
+            Some(controller) => Ok(self.agent.start_from(&controller.policy)?),
+            None => Ok(()),
         }
-        Ok(self.agent.start_from(&controller.policy)?)
     }
 
     fn prepare(

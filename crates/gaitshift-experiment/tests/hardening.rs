@@ -106,6 +106,15 @@ fn what_a_kill_kept_from_being_written_is_written_by_the_next_call() {
     }
     begin(plan(), folder.path(), 2);
     assert!(read() == before);
+    // The best controller alone was told of, and was not there, or another.
+    let best = folder.path().join(made[0]);
+    std::fs::remove_file(&best).unwrap();
+    begin(plan(), folder.path(), 2);
+    assert!(read() == before);
+    let shipped = Controller::read(Path::new("shipped")).unwrap();
+    shipped.write(&best).unwrap();
+    begin(plan(), folder.path(), 2);
+    assert!(read() == before);
 }
 
 #[test]
@@ -120,6 +129,12 @@ fn what_the_folder_holds_of_something_else_stays() {
     let mine = std::fs::read(folder.path().join("controller.safetensors")).unwrap();
     assert_eq!(mine, b"mine");
     std::fs::remove_file(folder.path().join("controller.safetensors")).unwrap();
+
+    // It was emptied.
+    std::fs::write(folder.path().join("lock"), "mine").unwrap();
+    assert!(refused(plan(), unhardened()).contains("already holds lock"));
+    assert_eq!(std::fs::read(folder.path().join("lock")).unwrap(), b"mine");
+    std::fs::remove_file(folder.path().join("lock")).unwrap();
 
     let running = begin(plan(), folder.path(), 1);
     assert!(refused(plan(), unhardened()).contains("by another process"));

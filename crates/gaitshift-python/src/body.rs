@@ -75,6 +75,7 @@ impl Body {
         latency_s: f64,
     ) -> PyResult<String> {
         let task: TaskParameters = with_overrides(&TaskParameters::default(), task, "task")?;
+        task.validate(self.body.parameters()).map_err(value_error)?;
         let disturbance = Disturbance {
             actuator_factor,
             latency_s,

@@ -20,8 +20,10 @@ use std::ffi::OsString;
 
 /// Runs the program with a command line, its own name first, and gives its exit code.
 #[pyfunction]
-fn program(py: Python<'_>, command_line: Vec<OsString>) -> u8 {
-    py.detach(|| gaitshift::run(command_line))
+fn program(py: Python<'_>, command_line: Vec<OsString>) -> PyResult<u8> {
+    let file = py.import("gaitshift._native")?.getattr("__file__")?;
+    gaitshift::set_program_file(file.extract()?);
+    Ok(py.detach(|| gaitshift::run(command_line)))
 }
 
 #[pymodule(name = "_native")]

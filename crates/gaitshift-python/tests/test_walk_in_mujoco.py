@@ -70,6 +70,8 @@ def test_a_latency_delays_the_force_by_its_steps(program):
     assert own.mjcf(controller.task, actuator_factor=(0.5, 1.0), latency_s=0.02) == text
     with pytest.raises(ValueError, match="latency_s"):
         own.mjcf(latency_s=-1.0)
+    with pytest.raises(ValueError, match="control_period_s"):
+        own.mjcf({"control_period_s": -1.0})
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)

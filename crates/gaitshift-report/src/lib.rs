@@ -36,6 +36,7 @@ pub use recorded::{RecordedExperiment, recorded_experiments};
 pub use return_map::{Differences, ReturnMap, Section, spectral_radius};
 pub use study::{
     Change, Landing, Measured, NoiseTolerance, Plan, StartedMotion, Steady, StepHeight, Study,
+    set_program_file,
 };
 pub use subject::Subject;
 pub use table::Table;

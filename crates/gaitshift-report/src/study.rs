@@ -14,6 +14,8 @@ pub use landing::Landing;
 pub use motions::{StartedMotion, Steady};
 pub use plan::Plan;
 
+pub use kept::set_program_file;
+
 use crate::trace::Trace;
 use crate::{Episodes, ReportError, ReturnMap, Stretch, Subject};
 use changes::{AROUND_S, changes_by_phase, gaits_of_round_trip};
@@ -375,6 +377,11 @@ impl Study {
     /// The steady motion at a command, if it was measured.
     pub fn at(&self, omega_v: f64) -> Option<&GaitSummary> {
         self.steady_at(omega_v).map(|row| &row.summary)
+    }
+
+    /// The same if the body did not fall: what leads to a fall is no steady motion.
+    pub(crate) fn upright_at(&self, omega_v: f64) -> Option<&GaitSummary> {
+        self.at(omega_v).filter(|summary| !summary.fell)
     }
 
     pub(crate) fn steady_at(&self, omega_v: f64) -> Option<&Steady> {

@@ -83,6 +83,20 @@ fn commands_whose_starts_end_in_both_gaits_are_counted() {
     assert_eq!(number(&[&study], "random starts").seeds, [Some(1.0)]);
 }
 
+// The mean over seeds had values of one that fell, its impact included.
+#[test]
+fn a_fall_has_no_numbers_of_a_steady_motion() {
+    let mut study = study(0.2, 0.9);
+    let recovery =
+        |study: &Study| number(&[study], "energy recovery of the centre of mass at ω_v = 3");
+    let run = study.steady.iter_mut().find(|row| row.omega_v == 3.0);
+    run.unwrap().summary.energy_recovery = Some(0.3);
+    assert_eq!(recovery(&study).seeds, [Some(0.3)]);
+    let run = study.steady.iter_mut().find(|row| row.omega_v == 3.0);
+    run.unwrap().summary.fell = true;
+    assert_eq!(recovery(&study).seeds, [None]);
+}
+
 #[test]
 fn what_is_not_there_has_no_number_and_seeds_have_an_interval() {
     let (slow, fast) = (study(0.12, 0.9), study(0.42, 0.9));

@@ -122,6 +122,12 @@ impl Disturbance {
             "[right, left], each between 0 (no force) and 1",
         )?;
         self.noise.validate("noise")?;
+        require(
+            self.pushes.len() <= MOST_PUSHES,
+            "pushes",
+            self.pushes.len(),
+            "at most 1000 of them",
+        )?;
         for (k, push) in self.pushes.iter().enumerate() {
             let key = |name: &str| format!("pushes[{k}].{name}");
             for (name, force) in [("forward_n", push.forward_n), ("up_n", push.up_n)] {
@@ -154,6 +160,9 @@ impl Disturbance {
         self.terrain.validate("terrain")
     }
 }
+
+/// Most pushes of a motion: all are looked at in every control period.
+const MOST_PUSHES: usize = 1000;
 
 fn whole_steps(time_s: f64, time_step_s: f64) -> u64 {
     (time_s / time_step_s).round() as u64

@@ -221,4 +221,11 @@ fn what_is_out_of_range_is_named() {
         assert_eq!(disturbance.validate().unwrap_err().key, key, "{table}");
     }
     assert!(toml::from_str::<Disturbance>("latencey_s = 1").is_err());
+    // Every one of them costs time in every control period.
+    let pushes = |count| Disturbance {
+        pushes: vec![Push::default(); count],
+        ..Disturbance::default()
+    };
+    pushes(1000).validate().unwrap();
+    assert_eq!(pushes(1001).validate().unwrap_err().key, "pushes");
 }

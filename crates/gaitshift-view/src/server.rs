@@ -45,6 +45,19 @@ pub enum Show {
     Page(String),
 }
 
+impl Show {
+    /// Whether it can be shown.
+    ///
+    /// # Errors
+    /// None or more than two subjects on a live stage, or two with different control periods.
+    pub fn validate(&self) -> Result<(), ViewError> {
+        match self {
+            Self::Live(subjects) => check_subjects(subjects),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Why nothing can be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
@@ -152,11 +165,9 @@ impl Server {
     /// Answers until the program ends, or until it is stopped.
     ///
     /// # Errors
-    /// Two subjects with different control periods or integration steps; a listener that fails.
+    /// What [`Show::validate`] refuses; a listener that fails.
     pub fn run(self, show: Show) -> Result<(), ViewError> {
-        if let Show::Live(subjects) = &show {
-            check_subjects(subjects)?;
-        }
+        show.validate()?;
         let run = match &show {
             Show::Run(folder, _) => Some(RunView::new(folder.clone())),
             _ => None,

@@ -150,8 +150,11 @@ pub(crate) async fn serve(
             }
         }
     }
-    // Whatever still waits to be sent is of no use to a page that is gone.
+    // Whatever still waits to be sent, or for a place to be made, is of no use to a page that is gone.
     sender.abort();
+    if let Some(saving) = tab.saving.take() {
+        saving.abort();
+    }
 }
 
 async fn send_all(mut sink: SplitSink<WebSocket, Message>, mut waiting: mpsc::Receiver<Message>) {

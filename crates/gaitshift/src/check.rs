@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::progress::{count, duration};
 use crate::train::{self, catch_interrupts};
-use gaitshift_experiment::{Experiment, Review, steps_per_second};
+use gaitshift_experiment::{Experiment, Review, starting_controller, steps_per_second};
 use gaitshift_task::Randomization;
 use serde::Serialize;
 use serde_json::Value;
@@ -51,6 +51,7 @@ struct Report {
 pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
     let experiment = train::experiment(arguments)?;
     let seeds = train::seeds(arguments)?;
+    starting_controller(&experiment).map_err(Failure::input)?;
     let review = Review::of(&arguments.experiment, &experiment).map_err(Failure::input)?;
     let learner = &experiment.learner;
     let weights: usize = [

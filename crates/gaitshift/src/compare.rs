@@ -3,7 +3,7 @@
 use crate::arguments::{CompareArguments, distinct, distinct_commands, distinct_paths};
 use crate::evaluate::{self, starts};
 use crate::failure::Failure;
-use crate::gaits::{self, Row, print_named_gaits, read_recording};
+use crate::gaits::{self, Row, print_named_gaits, print_too_short_of, read_recording};
 use crate::motion::{Subject, load_controller, start_words};
 use crate::output;
 use crate::progress::{count, duration};
@@ -149,6 +149,7 @@ pub fn run(arguments: &CompareArguments) -> Result<(), Failure> {
         Some(spreads) => print_spreads(&measured, spreads)?,
         None => print_rows(&measured)?,
     }
+    print_too_short_of(measured.iter().flat_map(|(_, rows)| rows))?;
     if !runs.is_empty() {
         output::line("")?;
         for line in runs_table(&runs) {

@@ -2,7 +2,7 @@
 
 use crate::arguments::{EvaluateArguments, distinct, distinct_commands};
 use crate::failure::Failure;
-use crate::gaits::{Row, describe, print_gaits, print_rows};
+use crate::gaits::{Row, describe, print_gaits, print_rows, print_too_short_of};
 use crate::motion::{Subject, read_profile, start_words, write_recording};
 use crate::output;
 use crate::spread::{self, Spread};
@@ -88,9 +88,12 @@ pub fn run(arguments: &EvaluateArguments) -> Result<(), Failure> {
         described(&rows, arguments.settling_s)
     ))?;
     match spread {
-        Some(spread) => spread::table(&[], spread.iter().map(|s| (vec![], s)))
-            .iter()
-            .try_for_each(|line| output::line(line))?,
+        Some(spread) => {
+            spread::table(&[], spread.iter().map(|s| (vec![], s)))
+                .iter()
+                .try_for_each(|line| output::line(line))?;
+            print_too_short_of(rows.iter())?;
+        }
         None => print_rows(&rows)?,
     }
     output::written(&files)

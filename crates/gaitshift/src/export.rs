@@ -45,6 +45,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             out,
         } => hub(which, license.as_deref(), out),
         ExportFormat::Csv { recording, out } => {
+            not_over(Some(recording), out.as_deref())?;
             let recording = read(recording)?;
             // Written anew, so that unknown columns are gone and the order is the documented one.
             match out {
@@ -74,9 +75,17 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
 fn hub(which: &ControllerArguments, licence: Option<&str>, out: &Path) -> Result<(), Failure> {
     const FILE: &str = "controller.safetensors";
     let path = which.controller.as_deref();
-    if out.join("config.toml").exists() && out.join("checkpoint").exists() {
+    let holds = |names: [&str; 2]| names.iter().all(|name| out.join(name).exists());
+    let whose = if holds(["config.toml", "checkpoint"]) {
+        Some("a run's")
+    } else if holds(["state.safetensors", "rounds.jsonl"]) {
+        Some("a hardening's")
+    } else {
+        None
+    };
+    if let Some(whose) = whose {
         return Err(Failure::input(format!(
-            "{} is a run's folder, whose best controller would be replaced; give another --out",
+            "{} is {whose} folder, whose best controller would be replaced; give another --out",
             out.display()
         )));
     }

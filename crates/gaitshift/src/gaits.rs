@@ -100,10 +100,26 @@ pub fn print_too_short<'a>(
     Ok(())
 }
 
+/// Of several motions that a table sums up, says how many are too short to have a gait.
+pub fn print_too_short_of<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> Result<(), Failure> {
+    let mut short = rows.clone().filter_map(|row| too_short(&row.summary));
+    let Some(first) = short.next() else {
+        return Ok(());
+    };
+    let (short, all) = (1 + short.count(), rows.count());
+    output::text(
+        &format!("{short} of {all} motions tell no gait; the first: {first}"),
+        2,
+    )
+}
+
 /// Why a motion has no gait if what is missing is steps: a walk of three steps is "mixed" like a stumble.
 pub fn too_short(s: &GaitSummary) -> Option<String> {
     let needed = GaitRule::default().min_steps;
-    let (from_s, to_s) = s.window_start_s.zip(s.window_end_s)?;
+    let Some((from_s, to_s)) = s.window_start_s.zip(s.window_end_s) else {
+        let why = "nothing is left to measure; a longer motion would tell";
+        return (s.gait == GaitClass::Mixed).then(|| why.to_owned());
+    };
     let steps = match s.steps {
         0 => "no step".to_owned(),
         1 => "1 step".to_owned(),

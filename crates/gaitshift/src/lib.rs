@@ -32,6 +32,8 @@ mod transition;
 mod unseen;
 mod view;
 
+pub use gaitshift_report::set_program_file;
+
 use arguments::{Arguments, Command, HardenArguments, TrainArguments};
 use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};

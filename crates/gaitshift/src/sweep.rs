@@ -7,7 +7,7 @@ use crate::progress::{count, duration};
 use crate::train::catch_interrupts;
 use gaitshift_experiment::{
     Judgement, Observer, Progress, Sweep, SweepTable, Trial, VariantSummary, folder_name,
-    steps_per_second, sweep_command,
+    starting_controller, steps_per_second, sweep_command,
 };
 use gaitshift_figures::{Setting, settings_figure};
 use serde::Serialize;
@@ -53,7 +53,7 @@ pub fn run(arguments: &SweepArguments) -> Result<(), Failure> {
         let command = sweep_command(&arguments.file);
         train(&mine, &folder, jobs, &command, &interrupted)?;
     }
-    let table = sweep.table(&folder).map_err(Failure::run)?;
+    let table = sweep.table(&folder).map_err(Failure::input)?;
     if table.trials.is_empty() {
         let none = format!("{}: no run has been evaluated yet", folder.display());
         if arguments.table {
@@ -173,6 +173,8 @@ fn expect(
             continue;
         };
         let steps = trial.experiment.curriculum.total_steps();
+        starting_controller(&trial.experiment)
+            .map_err(|cause| Failure::input(format!("variant `{}`: {cause}", variant.name)))?;
         let measured = index % apart == 0;
         let steps_per_s = if measured {
             let stop = || interrupted.load(Ordering::SeqCst);

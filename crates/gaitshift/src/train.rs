@@ -295,6 +295,16 @@ pub fn experiment(arguments: &TrainArguments) -> Result<Experiment, Failure> {
     }
     experiment.training.stop_when_accepted |= arguments.stop_when_accepted;
     let seeds = seeds(arguments)?;
+    let sets_seed = |set: &String| {
+        set.split('=')
+            .next()
+            .is_some_and(|key| key.trim() == "seed")
+    };
+    if !(seeds.is_empty() && arguments.seed.is_none()) && arguments.set.iter().any(sets_seed) {
+        return Err(Failure::input(
+            "--set seed is also given by --seed or --seeds; give one of them",
+        ));
+    }
     let greatest = seeds.iter().copied().max().unwrap_or(experiment.seed);
     let seeded = Experiment {
         seed: greatest,

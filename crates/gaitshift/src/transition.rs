@@ -6,7 +6,7 @@ use crate::gaits;
 use crate::motion::{Subject, read_profile, write_recording};
 use crate::output::{self, number};
 use crate::unseen;
-use gaitshift_analysis::recording::{Recording, column};
+use gaitshift_analysis::recording::{Recording, column, ended_by};
 use gaitshift_analysis::{
     GaitChange, GaitClass, REST_S, TransitionOptions, TransitionSummary, changes_of_gait,
     summarise_transition,
@@ -204,6 +204,8 @@ pub fn describe(s: &TransitionSummary) -> Vec<String> {
     };
     let fate = if s.survived {
         format!("upright to the end ({:.1} s)", s.survived_s)
+    } else if s.ended_by == ended_by::DIVERGED {
+        format!("diverged at {:.2} s", s.survived_s)
     } else {
         format!("fell at {:.2} s", s.survived_s)
     };

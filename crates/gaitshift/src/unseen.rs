@@ -25,8 +25,9 @@ pub fn note<'a>(rows: impl Iterator<Item = &'a Row> + Clone, disturbance: Option
         match ended(by) {
             0 => {}
             count => output::note(&format!(
-                "{count} of {all} {} did not fall but {what}",
-                if all == 1 { "motion" } else { "motions" }
+                "{count} of {all} {}, counted as {}, {what}",
+                if all == 1 { "motion" } else { "motions" },
+                if count == 1 { "a fall" } else { "falls" }
             )),
         }
     }

@@ -36,6 +36,8 @@ pub fn run(arguments: &ViewArguments) -> Result<(), Failure> {
             Show::Page(html)
         }
     };
+    // Before anything says that there is a page.
+    show.validate().map_err(failure)?;
     let server = bind(arguments.listen, arguments.port, &arguments.name)?;
     output::line(&format!("{} (Ctrl-C to stop)", server.url()))?;
     if !arguments.listen.is_loopback() {

@@ -486,6 +486,16 @@ fn a_motion_too_short_to_have_a_gait_says_so() {
         "{text}"
     );
     assert!(!place.stdout("transition --out change").contains("too few"));
+    // Where a table sums up several, nothing was said.
+    for command in ["evaluate --seed 1..2", "compare shipped robust"] {
+        let text = place.stdout(&format!("{command} --omega-v 0 --duration-s 3"));
+        assert!(
+            text.contains("2 of 2 motions tell no gait") && text.contains("too few"),
+            "{text}"
+        );
+    }
+    let text = place.stdout("evaluate --omega-v 0 --set task.control_period_s=1 --duration-s 0.1");
+    assert!(text.contains("nothing is left to measure"), "{text}");
 }
 
 // A body that was changed was described under the same heading as the controller's own.
@@ -651,7 +661,7 @@ fn what_diverged_and_what_never_came_is_said() {
         let output = place.output(&format!("evaluate --omega-v 3 --duration-s 2 {options}"));
         String::from_utf8(output.stderr).unwrap()
     };
-    assert!(said("--set time_step_s=0.01").contains("1 of 1 motion did not fall but diverged"));
+    assert!(said("--set time_step_s=0.01").contains("1 of 1 motion, counted as a fall, diverged"));
     assert!(said("--push 80@100").contains("the push at 100 s never came"));
     assert!(!said("--push 80@1").contains("never came"));
     // Its phase of the stride comes after the end; and one that ends the motion came.
@@ -663,7 +673,7 @@ fn what_diverged_and_what_never_came_is_said() {
     );
     let undefined = "task.reward.extra=[{name=\"u\",weight=1,expression=\"ln(1-time_s)\"}]";
     assert!(
-        said(&format!("--set {undefined}")).contains("did not fall but ended because a reward")
+        said(&format!("--set {undefined}")).contains("counted as a fall, ended because a reward")
     );
 }
 

@@ -125,15 +125,12 @@ fn what_is_read_is_not_written_over() {
     let place = Place::new();
     place.write_toy_recording("toy.csv");
     let toy = place.read("toy.csv");
-    for format in ["npz", "html"] {
+    for format in ["csv", "npz", "html"] {
         place.refused(
             &format!("export {format} toy.csv -o toy.csv"),
             &["toy.csv", "written over"],
         );
     }
-    assert_eq!(place.read("toy.csv"), toy);
-    // That of a recording is the recording.
-    place.stdout("export csv toy.csv -o toy.csv");
     assert_eq!(place.read("toy.csv"), toy);
     place.write(
         "c.safetensors",
@@ -170,6 +167,14 @@ fn a_run_is_no_folder_for_a_hub() {
         );
     }
     assert!(!place.path("run/README.md").exists());
+    for name in ["state.safetensors", "rounds.jsonl"] {
+        std::fs::create_dir_all(place.path("hard")).unwrap();
+        place.write(&format!("hard/{name}"), "");
+    }
+    place.refused(
+        "export hub --out hard",
+        &["hard is a hardening's folder", "another --out"],
+    );
     std::fs::create_dir(place.path("mine")).unwrap();
     let file = "mine/controller.safetensors";
     place.write(file, Controller::shipped().unwrap().to_bytes().unwrap());

@@ -143,6 +143,9 @@ fn options_out_of_range_are_refused() {
     let place = place_with_recording();
     for (arguments, word) in [
         ("--from-s 50", "0 s to 6 s"),
+        // A clock may begin below 0: what is refused is said of the recording.
+        ("--from-s -2 --to-s -1", "0 s to 6 s"),
+        ("--from-s nan", "--from-s"),
         ("--from-s 3 --to-s 2", "time range"),
         ("--fps 0", "fps"),
         ("--fps 1000", "fps"),

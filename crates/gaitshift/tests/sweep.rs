@@ -93,7 +93,7 @@ fn a_folder_of_other_settings_is_refused_before_anything_is_trained() {
         "tiny.toml",
         TINY.replace("friction = 0.3", "friction = 0.4"),
     );
-    for options in ["", " --dry-run"] {
+    for options in ["", " --dry-run", " --table"] {
         let output = place.output(&format!("sweep tiny.toml{options}"));
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{said}");

@@ -305,6 +305,50 @@ fn a_folder_with_controllers_of_others_is_refused() {
     place.refused("train tiny.toml --out moved", &["checkpoint", "--out"]);
 }
 
+// "already holds checkpoint" was said of a file.
+#[test]
+fn a_file_is_no_folder_for_a_run() {
+    let place = place_with_recipe();
+    place.write("file", "precious");
+    place.refused(
+        "train tiny.toml --out file",
+        &["file: is a file, not a folder", "--out"],
+    );
+    place.refused("train tiny.toml --out file/run", &["file/run"]);
+    assert_eq!(place.read("file"), b"precious");
+}
+
+// The option won, or no run had the seed that was set.
+#[test]
+fn a_seed_is_given_once() {
+    let place = place_with_recipe();
+    for options in ["--seed 4", "--seeds 1-2"] {
+        place.refused(
+            &format!("train tiny.toml --check --set seed=5 {options}"),
+            &["--set seed", "give one of them"],
+        );
+    }
+}
+
+// It was a note, and the exit code 0.
+#[test]
+fn a_start_that_cannot_be_is_an_error_of_the_check_too() {
+    let place = place_with_recipe();
+    let start = |controller: &str| {
+        format!("train tiny.toml --set training.warm_start.controller={controller}")
+    };
+    for check in ["", " --check"] {
+        place.refused(
+            &format!("{}{check}", start("none.safetensors")),
+            &["none.safetensors"],
+        );
+        place.refused(
+            &format!("{}{check}", start("shipped")),
+            &["learner.actor_hidden"],
+        );
+    }
+}
+
 // The base has been read by then: it was ignored, and written into `config.toml`.
 #[test]
 fn a_base_is_not_set() {

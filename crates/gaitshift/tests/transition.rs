@@ -176,5 +176,11 @@ fn what_ended_the_motion_is_told() {
     let output = place.output(&format!("{transition} --set time_step_s=0.01"));
     let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(value["ended_by"], "diverged");
-    assert!(String::from_utf8_lossy(&output.stderr).contains("did not fall but diverged"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("counted as a fall, diverged"));
+    let text = place.output("transition --start-s 1 --after-s 1 --set time_step_s=0.01");
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert!(
+        text.contains("diverged at") && !text.contains("fell at"),
+        "{text}"
+    );
 }

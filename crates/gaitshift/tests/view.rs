@@ -75,6 +75,8 @@ fn what_cannot_be_shown_is_refused() {
     place.write("body.toml", "hip_mass_kg = 30\n");
     place.write("wrong.toml", "hip_mass = 30\n");
     std::fs::create_dir(place.path("empty")).unwrap();
+    place.write("tiny.toml", common::TINY);
+    place.stdout("train tiny.toml --steps 1000 --out run --set task.control_period_s=0.02");
     for (arguments, words) in [
         ("view other.csv", ["other.csv", "recording"]),
         ("view missing.csv", ["missing.csv", ""]),
@@ -89,6 +91,16 @@ fn what_cannot_be_shown_is_refused() {
             ["two bipeds", "--body"],
         ),
         ("view --listen 192.0.2.1", ["192.0.2.1", "--listen"]),
+        // Its page was announced, and perhaps opened, before it was refused.
+        (
+            "view --controller shipped --controller run/controller-last.safetensors",
+            ["control period", "side by side"],
+        ),
+        (
+            "view --name http://here:8/",
+            ["http://here:8/", "host name"],
+        ),
+        ("view --name=", ["host name", ""]),
     ] {
         place.refused(arguments, &words);
     }

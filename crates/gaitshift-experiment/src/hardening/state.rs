@@ -11,8 +11,10 @@ use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::PathBuf;
 
-const FORMAT: &str = "gaitshift-hardening 3";
+const FORMAT: &str = "gaitshift-hardening 4";
 const KINDS: [&str; 4] = ["push.found", "push.alone", "step_up.found", "step_up.alone"];
+/// Before the names of the best policy's tensors.
+const BEST: &str = "best.";
 /// What else such a folder holds.
 const FILES: [&str; 3] = [
     "controller.safetensors",
@@ -69,6 +71,10 @@ impl Hardening {
             remembered: self.pushes.found.len(),
         };
         let mut tensors = self.policy.tensors();
+        tensors.extend(self.best.tensors().into_iter().map(|tensor| NamedTensor {
+            name: format!("{BEST}{}", tensor.name),
+            ..tensor
+        }));
         let (pushes, steps_up) = (&self.pushes, &self.steps_up);
         let remembered = [
             &pushes.found,
@@ -132,8 +138,20 @@ impl Hardening {
         if header.network != *self.policy.shape() {
             return Err(foreign("it has a network of other sizes".to_owned()));
         }
-        self.policy =
-            Policy::from_tensors(header.network, &held).map_err(|e| foreign(e.to_string()))?;
+        let best: Vec<_> = held
+            .iter()
+            .filter_map(|tensor| {
+                Some(NamedTensor {
+                    name: tensor.name.strip_prefix(BEST)?.to_owned(),
+                    ..tensor.clone()
+                })
+            })
+            .collect();
+        let policy = |tensors: &[NamedTensor<f32>]| {
+            Policy::from_tensors(header.network.clone(), tensors)
+                .map_err(|e| foreign(e.to_string()))
+        };
+        (self.policy, self.best) = (policy(&held)?, policy(&best)?);
         let values = |name: String, size: usize| {
             let tensor = held.iter().find(|tensor| tensor.name == name);
             let of_size = tensor.filter(|tensor| matches!(tensor.shape[..], [_, s] if s == size));

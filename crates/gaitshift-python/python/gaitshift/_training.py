@@ -96,7 +96,8 @@ def train(
         set: values that differ from the experiment's: ``{"body.friction": 0.6}`` or ``{"body": {"friction": 0.6}}``.
         threads: threads of the learner; they change the speed, never the result.
         steps: stops with a checkpoint at about this step.
-        stop_when_accepted: ends at the first evaluation that meets every criterion.
+        stop_when_accepted: ends at the first evaluation that meets every criterion; where phases randomize, of those from
+            the first such phase on.
         callback: see :data:`Callback`.
 
     Raises:
@@ -175,7 +176,8 @@ class Run:
     """The folder of a training run: its settings, its progress and its results.
 
     Nothing is kept in memory: every attribute reads the folder anew, also while the run is still training elsewhere.
-    ``metrics``, ``episodes``, ``evaluations``, ``motions`` and ``criteria`` need pandas: ``pip install gaitshift[pandas]``.
+    ``metrics``, ``episodes``, ``evaluations``, ``motions`` and ``criteria`` need pandas: ``pip install
+    crates/gaitshift-python[pandas]`` in a clone.
     """
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
@@ -343,5 +345,5 @@ def _pandas() -> Any:
     try:
         import pandas
     except ImportError:
-        raise ImportError("this needs pandas: pip install 'gaitshift[pandas]'") from None
+        raise ImportError("this needs pandas: pip install 'crates/gaitshift-python[pandas]' in a clone of gaitshift") from None
     return pandas

@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 /// The file: the measurements, and what they are of.
 #[derive(Serialize, Deserialize)]
 struct Kept {
-    /// Version of the program, and a hash of its file: a program built anew measures anew.
+    /// Version of the program, and a hash of its file ([`set_program_file`]): a program built anew measures anew.
     program: String,
     /// Hash of the controller's file.
     controller: String,
@@ -25,7 +25,7 @@ pub(super) fn read(subject: &Subject, plan: &Plan) -> Option<Study> {
     let path = file(subject.run.as_deref()?, plan);
     // A file that is missing, damaged or of another version is written anew.
     let kept: Kept = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
-    let same = kept.program == program()
+    let same = Some(kept.program.as_str()) == program()
         && kept.controller == controller(subject)?
         && kept.plan == hash_of_plan(plan);
     same.then_some(kept.study)
@@ -36,8 +36,11 @@ pub(super) fn write(subject: &Subject, plan: &Plan, study: &Study) -> Result<(),
     let Some((run, controller)) = subject.run.as_deref().zip(controller(subject)) else {
         return Ok(());
     };
+    let Some(program) = program() else {
+        return Ok(());
+    };
     let kept = Kept {
-        program: program().to_owned(),
+        program: program.to_owned(),
         controller,
         plan: hash_of_plan(plan),
         study: study.clone(),
@@ -60,16 +63,26 @@ fn controller(subject: &Subject) -> Option<String> {
     subject.controller.to_bytes().ok().map(|bytes| hash(&bytes))
 }
 
-fn program() -> &'static str {
-    static PROGRAM: OnceLock<String> = OnceLock::new();
-    PROGRAM.get_or_init(|| {
-        let file = std::env::current_exe().and_then(std::fs::read);
-        format!(
-            "{} {}",
-            env!("CARGO_PKG_VERSION"),
-            hash(&file.unwrap_or_default())
-        )
-    })
+static PROGRAM_FILE: OnceLock<PathBuf> = OnceLock::new();
+
+/// Says in which file this program is where that is not the one that the process runs: within Python, which runs as `python`, it is a
+/// library. By this file is known whether kept measurements were made by the same program. Only the first call counts.
+pub fn set_program_file(path: PathBuf) {
+    PROGRAM_FILE.get_or_init(|| path);
+}
+
+/// Nothing if its file cannot be read: then nothing is kept.
+fn program() -> Option<&'static str> {
+    static PROGRAM: OnceLock<Option<String>> = OnceLock::new();
+    let program = PROGRAM.get_or_init(|| {
+        let file = match PROGRAM_FILE.get() {
+            Some(path) => path.clone(),
+            None => std::env::current_exe().ok()?,
+        };
+        let bytes = std::fs::read(file).ok()?;
+        Some(format!("{} {}", env!("CARGO_PKG_VERSION"), hash(&bytes)))
+    });
+    program.as_deref()
 }
 
 fn hash(bytes: &[u8]) -> String {

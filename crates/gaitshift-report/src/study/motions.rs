@@ -151,7 +151,9 @@ fn on_stairs(
         let mut recording = Recording::new(simulation.metadata("", 0));
         let mut row = Vec::new();
         let mut ended = None;
-        for _ in 0..(hold_s / simulation.control_period_s()).round() as u64 {
+        let mut survived_s = 0.0;
+        for period in 1..=(hold_s / simulation.control_period_s()).round() as u64 {
+            survived_s = period as f64 * simulation.control_period_s();
             ended = simulation.step(omega_v, None, &mut Deterministic(&mut controller.policy));
             if let Some(reason) = ended {
                 recording.metadata.fell = true;
@@ -163,7 +165,6 @@ fn on_stairs(
         }
         if ended.is_some() {
             // What led to the fall is no steady motion: of this stair only the fall and its time count.
-            let survived_s = recording.duration_s();
             let mut fallen = described(
                 omega_v,
                 &Recording::new(recording.metadata.clone()),

@@ -35,7 +35,7 @@ pub struct DemoArguments {
 /// One motion per command, one row per motion. After the settling time each motion is described by its
 /// gait (standing, walking, running, mixed or fallen), speed, Froude number v/√(g l) with the leg length l, shares of
 /// time in double support, single support and flight, cost of transport (positive work of both actuators over weight
-/// times distance), steps per second and step length (way of the hip per step). In a walk steps alternate and have double
+/// times distance), steps per second and step length (distance the hip travels per step). In a walk steps alternate and have double
 /// support and no flight; in a run they have flight and no double support. A step lasts from one touchdown to the next.
 ///
 /// With --json, standard output is {"rows": [{"omega_v", "survived_s", "fell", "gait", "speed_m_per_s",
@@ -94,10 +94,10 @@ pub struct EvaluateArguments {
     /// Check all criteria of a finished controller; exit code 1 if one is not met
     ///
     /// FILE has a table `[criteria]`, or the keys of that table alone. Without it the criteria are those of
-    /// the run of --controller DIR, otherwise 39 after the paper: 20 s without a fall at each ω_v from 0 to 3.5,
+    /// the run of --controller DIR, otherwise the default 39: 20 s without a fall at each ω_v from 0 to 3.5,
     /// a walk at 0 and a run at 3, speeds, costs of transport, energy correlations, and changes of gait from
     /// ten phases of the stride both ways. All of it is measured from random starts where --seed asks for
-    /// them. The criteria say which motions are made: options that choose motions, and disturbances, do not go with them.
+    /// them. The criteria determine the motions: this option cannot be combined with those that choose motions, or disturbances.
     #[arg(long, value_name = "FILE.toml", num_args = 0..=1, conflicts_with_all = ["omega_v", "command_profile", "duration_s", "settling_s", "out"])]
     pub criteria: Option<Option<PathBuf>>,
 
@@ -313,8 +313,8 @@ pub enum LearnerName {
 ///
 /// With --quick the page shows the shipped controller beside what recorded runs were found to do, in a minute or two.
 /// Without it the study's experiments are trained first: the paper's method with and without phase I and the recipe
-/// `fast` with five seeds each, the paper's method without the energy term and the variants of the journal version with
-/// three. That takes days, with --learner fast some hours; an estimate of the training and of the measuring after it is
+/// `fast` with five seeds each, the paper's method without the energy term, the journal version's method and four variants
+/// of it with three. That takes days, with --learner fast some hours; an estimate of the training and of the measuring after it is
 /// printed first. Ctrl-C writes checkpoints, and the same command continues from them; finished runs are neither trained
 /// nor measured again.
 ///

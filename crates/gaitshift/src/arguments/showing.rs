@@ -1,6 +1,6 @@
 //! Arguments of the commands that draw, show, analyse and export.
 
-use super::values::{number, time_s};
+use super::values::{host_name, number, recorded_s, time_s};
 use super::{ChangeArguments, ControllerArguments, PrintArguments};
 use crate::disturb::ModelArguments;
 use clap::{Args, Subcommand};
@@ -42,11 +42,11 @@ pub struct RenderArguments {
     pub transparent: bool,
 
     /// Begin at this time of the recording in s [default: its start]
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = recorded_s)]
     pub from_s: Option<f64>,
 
     /// End at this time of the recording in s [default: its end]
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = recorded_s)]
     pub to_s: Option<f64>,
 
     /// Frames of the animation per second: 1 to 50 for a GIF, 1 to 240 for films and frames [default: 25
@@ -64,7 +64,7 @@ pub struct RenderArguments {
     pub width: Option<u32>,
 
     /// Draw the stride of the right leg around this time in s [default: the middle of the time range]
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = time_s)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = recorded_s)]
     pub stride_at_s: Option<f64>,
 
     /// Poses of the stride, 2 to 60 [default: 12]
@@ -121,7 +121,7 @@ pub struct ViewArguments {
     pub listen: std::net::IpAddr,
 
     /// Host name, besides addresses, under which other machines may open the page; may be given several times
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = host_name)]
     pub name: Vec<String>,
 
     /// Do not open the browser

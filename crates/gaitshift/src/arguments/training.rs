@@ -111,6 +111,8 @@ pub struct TrainArguments {
     pub view: bool,
 
     /// Stop at the first evaluation that meets every criterion (`gaitshift evaluate --criteria`)
+    ///
+    /// Where phases randomize, only evaluations from the first such phase on count.
     #[arg(long, conflicts_with = "resume")]
     pub stop_when_accepted: bool,
 
@@ -195,17 +197,17 @@ pub struct SweepArguments {
     pub print: PrintArguments,
 }
 
-/// Lets a controller learn to withstand pushes, and steps up, that it falls from.
+/// Teaches a controller to withstand pushes that knock it over, and to get over steps.
 ///
 /// In every round its motions are pushed at random, and with --steps-up others meet a step. Where the body falls, or does not
-/// get over the step, a search tries corrections to the actuators' commands until one helps (the cross-entropy method, which
-/// may simulate what follows as often as it likes). The controller is then fitted to the corrected motions, and to what it did
+/// get over the step, a search tries corrections to the actuators' commands until one helps (the cross-entropy method, with
+/// 96 simulated variants at a time). The controller is then fitted to the corrected motions, and to what it did
 /// before in undisturbed and disturbed motions, so that it keeps its gaits. No reward is used. A round takes half a minute to
 /// a few minutes.
 ///
 /// A push is withstood if the body stays up for 8 s, a step if the hip gets 3 m beyond its face. Each round's controller is
 /// tried on the same 128 other pushes, and on 128 steps if there are any; the best is the one that withstands most of them and
-/// meets at least as many of the default 39 criteria as the first did. Ctrl-C stops after the round. The same command
+/// meets at least as many of the default 39 criteria as the controller did at the start. Ctrl-C stops after the round. The same command
 /// continues, also with more --rounds; the result is the same as without a stop.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
@@ -288,7 +290,7 @@ pub struct HardenArguments {
     /// Units that every hidden layer of the policy is to have at least, 0 to 4096; 0: as many as it has
     ///
     /// More learn more, and take longer. The policy begins as the same function in a network so wide. A controller that is the
-    /// mean of a policy and its mirror image, as the recipes' are, then has twice as many.
+    /// mean of a policy and its mirror image, as those of `fast` and `robust` are, then has twice as many.
     #[arg(
         long,
         value_name = "N",

@@ -159,6 +159,22 @@ pub fn duration_s(text: &str) -> Result<f64, String> {
     in_range(text, SHORTEST_S, LONGEST_S, " s")
 }
 
+/// A host name alone, as a browser sends it.
+pub fn host_name(text: &str) -> Result<String, String> {
+    let part = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    match !text.is_empty() && text.chars().all(part) {
+        true => Ok(text.to_owned()),
+        false => {
+            Err("expected a host name without scheme and port, such as lab.example.org".to_owned())
+        }
+    }
+}
+
+/// A time of a recording, whose clock may have begun anywhere.
+pub fn recorded_s(text: &str) -> Result<f64, String> {
+    in_range(text, f64::MIN, f64::MAX, " s")
+}
+
 pub fn time_s(text: &str) -> Result<f64, String> {
     in_range(text, 0.0, LONGEST_S, " s")
 }
