@@ -93,7 +93,8 @@ def sweep(
         import ray
         from ray import tune
     except ImportError as error:
-        raise ImportError(f"this needs Ray: pip install 'crates/gaitshift-python[ray]' in a clone of gaitshift ({error})") from None
+        remedy = "pip install 'crates/gaitshift-python[ray]' in a clone of gaitshift"
+        raise ImportError(f"this needs Ray: {remedy} ({error})") from None
 
     told = _native.sweep_trials(os.fspath(file))
     folder = Path("runs", told["folder"]) if out is None else Path(out)
