@@ -1,7 +1,7 @@
 //! A controller learns to withstand pushes and steps that it falls from, by imitating ways to withstand them that a search finds. In
 //! every round, motions are disturbed at random; where the controller falls, or does not get over a step, the cross-entropy method
 //! looks for offsets to its commands with which it does; then it is fitted to what was done with them and, so that it keeps what it
-//! can do, to what it did before.
+//! can do, to what it did before, also where it goes now.
 //!
 //! A round follows from the state before it and its number alone, so that the result depends neither on the threads nor on
 //! whether it was stopped and continued.
@@ -20,6 +20,7 @@ use crate::provenance::Provenance;
 use crate::run_folder::RunFolder;
 use crate::training::task_mirror;
 use crate::training_error::{TrainingError, io_error};
+use before::Motion;
 use case::{Case, Kind, NO_OFFSETS, Offsets, Pairs, Trial};
 use gaitshift_body::Body;
 use gaitshift_sac::{Imitation, Mirror, Policy, Rehearsal};
@@ -32,7 +33,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Motions of the controller so far, for so many of the one that it was, whose states are remembered in a round.
-const MOTIONS_NOW: f64 = 0.15;
+const MOTIONS_NOW: f64 = 0.5;
 /// What is imitated of a push or a step, in s from its begin or its first touch.
 const IMITATED_S: f64 = 2.0;
 /// How often a way is followed with noise beside once without: one that was found, and what the controller withstands alone.
@@ -83,8 +84,8 @@ pub struct HardeningPlan {
     pub adam_steps: usize,
     /// Weight of what the controller did before.
     pub before_weight: f64,
-    /// Pushes, and as many steps if a round has any, by which the controllers of all rounds are compared, none of them one of a
-    /// round's.
+    /// Pushes, as many steps if a round has any, and as many weakly disturbed motions, by which the controllers of all rounds are
+    /// compared, none of them one of a round's.
     pub compared: usize,
 }
 
@@ -185,6 +186,11 @@ pub struct HardeningRound {
     pub pushes: HardeningOutcomes,
     /// Of the steps up.
     pub steps_up: HardeningOutcomes,
+    /// Of the motions of 10 s by which all rounds are compared, with sensor noise, delays, slopes, steps and weak pushes: in how
+    /// many the fitted controller stays up.
+    pub weak_up: usize,
+    /// Their number.
+    pub weak_compared: usize,
     /// Motions tried by the searches.
     pub tried: usize,
     /// mean |μ(s) − a|² over what the controller did before it was hardened, at the end of the fitting.
@@ -194,7 +200,7 @@ pub struct HardeningRound {
     /// Their number.
     pub criteria: usize,
     /// Whether it is the best so far: it meets at least as many criteria as the controller did at first, and withstands more of
-    /// what all rounds are compared by, pushes and steps together, than any best one before.
+    /// what all rounds are compared by, of all kinds together, than any best one before.
     pub best: bool,
     /// Wall-clock so far, in s.
     pub elapsed_s: f64,
@@ -203,7 +209,7 @@ pub struct HardeningRound {
 impl HardeningRound {
     /// How many of the disturbances by which all rounds are compared the fitted controller withstands.
     pub fn withstood(&self) -> usize {
-        self.pushes.withstood + self.steps_up.withstood
+        self.pushes.withstood + self.steps_up.withstood + self.weak_up
     }
 
     fn outcomes(&mut self, kind: Kind) -> &mut HardeningOutcomes {
@@ -379,7 +385,7 @@ impl Hardening {
         let clock = Instant::now();
         let number = self.rounds.len();
         if self.before.rows() == 0 {
-            self.before = self.motions(self.plan.motions, true, &self.original.policy, 0);
+            self.before = self.motions(self.plan.motions, &self.original.policy, 0);
         }
         let policy = self.judged(&self.policy);
         let cases = self.plan.pushes + self.plan.steps_up;
@@ -427,7 +433,7 @@ impl Hardening {
             }
         }
         let motions = (MOTIONS_NOW * self.plan.motions as f64).ceil() as usize;
-        let now = self.motions(motions, false, &policy, number);
+        let now = self.motions(motions, &policy, number);
         [
             round.before_loss,
             round.pushes.found_loss,
@@ -507,6 +513,8 @@ impl Hardening {
             outcomes.compared += 1;
             outcomes.withstood += usize::from(up);
         }
+        round.weak_compared = compared;
+        round.weak_up = self.weakly_disturbed_up(&controller.policy);
         let mut control = Deterministic(&mut controller.policy);
         let judgement = judge(
             &self.body,
@@ -599,14 +607,30 @@ impl Hardening {
         }
     }
 
-    fn motions(&self, count: usize, disturbed: bool, policy: &Policy, number: usize) -> Pairs {
+    fn motions(&self, count: usize, policy: &Policy, number: usize) -> Pairs {
         let motions = in_parallel(self.threads, count, |index| {
-            let seed = self.plan.seed ^ (number as u64) << 32 ^ (index as u64) << 8 ^ 0x6265;
-            before::motion(&self.original, policy, &self.body, disturbed, index, seed)
+            self.motion(policy, number, index).pairs
         });
         let mut all = Pairs::default();
         motions.iter().for_each(|pairs| all.append(pairs));
         all
+    }
+
+    /// In how many of the disturbed motions by which all rounds are compared the body stays up.
+    fn weakly_disturbed_up(&self, policy: &Policy) -> usize {
+        let disturbed: Vec<usize> = (0..)
+            .filter(|&index| before::is_disturbed(index))
+            .take(self.plan.compared)
+            .collect();
+        let fell = in_parallel(self.threads, disturbed.len(), |index| {
+            self.motion(policy, COMPARISON, disturbed[index]).fell
+        });
+        fell.into_iter().filter(|fell| !fell).count()
+    }
+
+    fn motion(&self, policy: &Policy, number: usize, index: usize) -> Motion {
+        let seed = self.plan.seed ^ (number as u64) << 32 ^ (index as u64) << 8 ^ 0x6265;
+        before::motion(&self.original, policy, &self.body, index, seed)
     }
 
     /// The random numbers of one task of a round.

@@ -28,6 +28,16 @@ fn begin(plan: HardeningPlan, folder: &Path, threads: usize) -> Hardening {
     Hardening::new(unhardened(), plan, folder, threads, "gaitshift harden").unwrap()
 }
 
+/// What the state of a hardening holds under a name.
+fn values(folder: &Path, name: &str) -> Vec<f32> {
+    let state = std::fs::read(folder.join("state.safetensors")).unwrap();
+    let state = safetensors::SafeTensors::deserialize(&state).unwrap();
+    let numbers = state.tensor(name).unwrap().data().chunks_exact(4);
+    numbers
+        .map(|b| f32::from_le_bytes(b.try_into().unwrap()))
+        .collect()
+}
+
 /// Without the wall-clock.
 fn rounds(hardening: &Hardening) -> Vec<HardeningRound> {
     let untimed = |round: &HardeningRound| HardeningRound {
@@ -74,6 +84,7 @@ fn stopped_and_continued_with_other_threads_it_is_the_same() {
             assert!(outcomes.alone + outcomes.found <= outcomes.met && outcomes.met <= cases);
             assert_eq!(outcomes.compared, 4);
         }
+        assert!(round.weak_up <= round.weak_compared && round.weak_compared == 4);
         // At 0 it gets to a step before long, and undisturbed it never falls.
         assert_eq!((round.pushes.met, round.steps_up.met), (3, 2));
         assert!(round.before_loss > 0.0);
@@ -175,6 +186,40 @@ fn a_controller_that_stops_at_high_steps_finds_ways_over_them_from_their_first_t
     assert_eq!((round.pushes.alone, round.pushes.found), (1, 0));
 }
 
+// Asked to answer a push at its begin, which it cannot see yet, a controller became so sharp that it fell from noise and weak pushes.
+#[test]
+fn what_is_imitated_grows_from_nothing_with_the_push() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = HardeningPlan {
+        impulse_n_s: vec![[26.0, 26.0]],
+        pushes: 6,
+        steps_up: 0,
+        ..plan()
+    };
+    let mut hardening = begin(plan, folder.path(), 2);
+    let found = hardening.round().unwrap().pushes.found;
+    assert!(found > 0);
+    let observations = values(folder.path(), "push.found.00.observations");
+    let actions = values(folder.path(), "push.found.00.actions");
+    let mut original = unhardened();
+    let mut own = vec![0.0; actions.len()];
+    original
+        .policy
+        .mean_action(&observations, &mut own)
+        .unwrap();
+    let periods = (2.0 / original.task.control_period_s).round() as usize;
+    let difference = |period: usize| {
+        let at = |k: usize| {
+            (actions[k] - own[k])
+                .abs()
+                .max((actions[k + 1] - own[k + 1]).abs())
+        };
+        at(2 * period)
+    };
+    assert!(difference(0) < 1e-5);
+    assert!((0..periods).any(|period| difference(period) > 0.01));
+}
+
 // Where the body is led by noise too, the commands that are imitated are those without it.
 #[test]
 fn noise_leads_beside_the_way_and_is_not_imitated() {
@@ -185,17 +230,8 @@ fn noise_leads_beside_the_way_and_is_not_imitated() {
         ..plan()
     };
     begin(plan, folder.path(), 2).round().unwrap();
-    let state = std::fs::read(folder.path().join("state.safetensors")).unwrap();
-    let state = safetensors::SafeTensors::deserialize(&state).unwrap();
-    let values = |name: &str| -> Vec<f32> {
-        let bytes = state.tensor(name).unwrap().data();
-        let numbers = bytes.chunks_exact(4);
-        numbers
-            .map(|b| f32::from_le_bytes(b.try_into().unwrap()))
-            .collect()
-    };
-    let observations = values("push.alone.00.observations");
-    let actions = values("push.alone.00.actions");
+    let observations = values(folder.path(), "push.alone.00.observations");
+    let actions = values(folder.path(), "push.alone.00.actions");
     // Three pushes that it withstands, 2 s of each once without noise and once with it.
     let mut original = unhardened();
     let periods = (2.0 / original.task.control_period_s).round() as usize;

@@ -69,6 +69,17 @@ impl SensorNoise {
         })
     }
 
+    /// With every deviation multiplied.
+    #[must_use]
+    pub fn times(mut self, factor: f64) -> Self {
+        for name in Self::NAMES {
+            if let Some(deviation) = self.named_mut(name) {
+                *deviation *= factor;
+            }
+        }
+        self
+    }
+
     /// Checks every field; `key` is the path of this table.
     pub(crate) fn validate(&self, key: &str) -> Result<(), TaskError> {
         let mut noise = *self;

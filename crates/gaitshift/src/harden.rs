@@ -106,14 +106,15 @@ fn header(plan: &HardeningPlan) -> Result<(), Failure> {
     };
     let what = format!(
         "Of {of} in a round: how many the controller withstands alone, and for how many others a way is found. Then, fitted to \
-         these ways: how many of other {others} it withstands, and the criteria that it meets.",
+         these ways: how many of other {others} it withstands, in how many weakly disturbed motions it stays up, and the criteria \
+         that it meets.",
     );
     output::text(&what, 0)?;
     if plan.steps_up > 0 {
-        output::line("       pushes                    steps up")?;
-        output::line("round  alone  found  withstands  alone  found  withstands  criteria")
+        output::line("       pushes                   steps up")?;
+        output::line("round  alone  found  withstood  alone  found  withstood     weak  criteria")
     } else {
-        output::line("round  alone  found  withstands  criteria")
+        output::line("round  alone  found  withstood     weak  criteria")
     }
 }
 
@@ -124,23 +125,20 @@ fn row(r: &HardeningRound) -> String {
         } else {
             [outcomes.alone.to_string(), outcomes.found.to_string()]
         };
-        let withstands = format!("{} of {}", outcomes.withstood, outcomes.compared);
-        format!("  {alone:>5}  {found:>5}  {withstands:>10}")
+        let withstood = format!("{}/{}", outcomes.withstood, outcomes.compared);
+        format!("  {alone:>5}  {found:>5}  {withstood:>9}")
     };
     let steps_up = match r.steps_up.compared {
         0 => String::new(),
         _ => columns(&r.steps_up),
     };
     format!(
-        "{:>5}{}{steps_up}  {:>8}{}",
+        "{:>5}{}{steps_up}  {:>7}  {:>8}{}",
         r.round,
         columns(&r.pushes),
+        format!("{}/{}", r.weak_up, r.weak_compared),
         format!("{}/{}", r.met, r.criteria),
-        if r.best && r.round > 0 {
-            "  the best so far"
-        } else {
-            ""
-        }
+        if r.best && r.round > 0 { "  best" } else { "" }
     )
 }
 
@@ -162,17 +160,22 @@ fn describe(rounds: &[HardeningRound], controller: &str) -> Result<(), Failure> 
                 )
             })
             .collect();
-        output::line(&format!(
-            "{} {} in {}; the best, of round {}, withstands {}, and meets {} of {} criteria ({} before)",
+        let outcome = format!(
+            "{} {} in {}; the best, of round {}, withstands {}, stays up in {} of {} weakly disturbed motions ({} before), and meets \
+             {} of {} criteria ({} before)",
             last.round,
             if last.round == 1 { "round" } else { "rounds" },
             duration(last.elapsed_s),
             best.round,
             withstands.join(" and "),
+            best.weak_up,
+            best.weak_compared,
+            first.weak_up,
             best.met,
             best.criteria,
             first.met,
-        ))?;
+        );
+        output::text(&outcome, 0)?;
     }
     output::line(&format!("controller: {controller}"))?;
     output::line(&format!(

@@ -23,6 +23,8 @@ fn the_json_has_what_is_promised_and_the_same_command_goes_on() {
     let withstood = pushes["withstood"].as_u64().unwrap();
     assert!((20..120).contains(&withstood), "{first}");
     assert_eq!(first["steps_up"]["compared"], 0);
+    let weak = first["weak_up"].as_u64().unwrap();
+    assert!((96..=128).contains(&weak) && first["weak_compared"] == 128);
     assert_eq!(value["plan"]["omega_v"], serde_json::json!([0.0]));
     assert_eq!(value["controller"], "out/harden/controller.safetensors");
     for name in ["controller", "controller-last", "state"] {
@@ -34,7 +36,7 @@ fn the_json_has_what_is_promised_and_the_same_command_goes_on() {
     }
     // Nothing is done twice.
     let text = place.stdout(SHORT);
-    let row = format!("{withstood} of 128     38/39");
+    let row = format!("{withstood}/128  {:>7}     38/39", format!("{weak}/128"));
     assert!(text.contains(&row), "{row}: {text}");
     assert!(
         text.contains("what it withstands: gaitshift stress"),
@@ -59,13 +61,22 @@ fn steps_have_columns_of_their_own() {
     );
     assert_eq!(value["plan"]["adam_steps"], 12_000);
     assert_eq!(value["plan"]["before_weight"], 4.0);
+    let weak = value["rounds"][0]["weak_up"].as_u64().unwrap();
     let steps = &value["rounds"][0]["steps_up"];
     assert_eq!(steps["compared"], 128);
     let withstood = steps["withstood"].as_u64().unwrap();
     assert!((64..=128).contains(&withstood), "{steps}");
-    let row = format!("{withstood} of 128     38/39");
+    let row = format!("{withstood}/128  {:>7}     38/39", format!("{weak}/128"));
     assert!(text.contains(&row), "{row}: {text}");
+    // But a command to copy.
+    let mut lines = text
+        .lines()
+        .filter(|line| !line.contains("gaitshift stress"));
+    assert!(lines.all(|line| line.chars().count() <= 80), "{text}");
+    let text = text.replace('\n', " ");
     let said = format!("{withstood} of 128 steps ({withstood} before)");
+    assert!(text.contains(&said), "{said}: {text}");
+    let said = format!("stays up in {weak} of 128 weakly disturbed motions ({weak} before)");
     assert!(text.contains(&said), "{said}: {text}");
 }
 

@@ -1,5 +1,5 @@
-//! What the controller did before it was hardened: its answers in the states that it meets undisturbed and disturbed, which it is
-//! to keep.
+//! What the controller did before it was hardened: its answers in the states that it meets undisturbed and weakly disturbed, which it
+//! is to keep.
 
 use super::case::Pairs;
 use crate::controller::{Controller, Deterministic};
@@ -12,6 +12,7 @@ use gaitshift_task::{
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
+use std::f64::consts::TAU;
 
 /// Duration of a motion, in s, and what is forgotten before a fall.
 const DURATION_S: f64 = 10.0;
@@ -24,9 +25,11 @@ const CHANGED: [f64; 2] = [0.0, 3.0];
 const MIDDLE: f64 = 1.5;
 /// Most noise on the commands.
 const NOISE: f64 = 0.25;
-/// What disturbs every second motion, as in the recipe `robust`.
+/// Greatest impulse of the two pushes of every second motion, in any direction.
+const IMPULSE_N_S: f64 = 20.0;
+/// What else disturbs it: as in the recipe `robust`, but with up to so many times its sensor noise.
+const SENSORS_TIMES: f64 = 10.0;
 const LATENCY_S: f64 = 0.02;
-const IMPULSE_N_S: f64 = 15.0;
 const PUSH_S: f64 = 0.1;
 const SLOPE_RAD: f64 = 0.06;
 const STEP_M: f64 = 0.03;
@@ -41,15 +44,25 @@ const SENSORS: SensorNoise = SensorNoise {
     d_velocity_m_per_s: 0.05,
 };
 
-/// The answers of `controller` along a motion that `policy` makes, the `index`-th of a kind.
+/// A motion, and what was to be done in it.
+pub(super) struct Motion {
+    pub pairs: Pairs,
+    pub fell: bool,
+}
+
+/// Whether the `index`-th motion is disturbed.
+pub(super) fn is_disturbed(index: usize) -> bool {
+    index.is_multiple_of(2)
+}
+
+/// The `index`-th motion of `policy`, with the answers of `controller` along it.
 pub(super) fn motion(
     controller: &Controller,
     policy: &Policy,
     body: &Body,
-    disturbed: bool,
     index: usize,
     seed: u64,
-) -> Pairs {
+) -> Motion {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut between = |[from, to]: [f64; 2]| from + (to - from) * rng.random::<f64>();
     let mut omega_v = between(if index.is_multiple_of(3) {
@@ -62,8 +75,8 @@ pub(super) fn motion(
         .then(|| between([0.4 * DURATION_S, 0.8 * DURATION_S]));
     let mut disturbance = Disturbance::default();
     let mut noise = 0.0;
-    if disturbed && index.is_multiple_of(2) {
-        disturbance.noise = SENSORS;
+    if is_disturbed(index) {
+        disturbance.noise = SENSORS.times(between([0.0, SENSORS_TIMES]));
         if index.is_multiple_of(4) {
             disturbance.latency_s = between([0.0, LATENCY_S]);
         }
@@ -74,12 +87,17 @@ pub(super) fn motion(
                 at_m: 2.0 + 3.0 * (f64::from(step) + between([0.0, 1.0])),
             });
         }
-        disturbance.pushes.push(Push {
-            forward_n: between([-IMPULSE_N_S, IMPULSE_N_S]) / PUSH_S,
-            start_s: between([0.3 * DURATION_S, 0.8 * DURATION_S]),
-            duration_s: PUSH_S,
-            ..Push::default()
-        });
+        for pushed in [[0.2, 0.5], [0.5, 0.8]] {
+            let force_n = between([0.0, IMPULSE_N_S]) / PUSH_S;
+            let (up, forward) = between([0.0, TAU]).sin_cos();
+            disturbance.pushes.push(Push {
+                forward_n: force_n * forward,
+                up_n: force_n * up,
+                start_s: DURATION_S * between(pushed),
+                duration_s: PUSH_S,
+                ..Push::default()
+            });
+        }
     } else if index % 4 == 1 {
         noise = between([0.0, NOISE]);
     }
@@ -109,7 +127,7 @@ pub(super) fn motion(
         let rows = pairs.rows();
         pairs.truncate(rows.saturating_sub(before));
     }
-    pairs
+    Motion { pairs, fell }
 }
 
 /// Acts with noise, and remembers what the teacher would have done.

@@ -13,8 +13,8 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 
 /// Duration of a push, in s.
 const PUSH_S: f64 = 0.1;
-/// Offsets begin with the push, or with the first touch of a step. They are straight lines between this many knots, this far apart
-/// in s, then 0.
+/// Offsets grow from 0 at the begin of the push, or the first touch of a step: what the controller cannot see yet it can only answer
+/// by being sharp, and so fall from noise. They are straight lines between this many knots, this far apart in s, then 0.
 pub(super) const KNOTS: usize = 20;
 const KNOT_S: f64 = 0.1;
 /// A push is withstood by a body that is up so long after its begin, in s, and may be by one that is after the time of a sample:
@@ -293,7 +293,10 @@ fn with_offsets(
     place: f64,
 ) -> [f32; ACTION_SIZE] {
     let (knot, share) = (place as usize, place.fract());
-    if let [from, to, ..] = offsets.get(knot..).unwrap_or_default() {
+    let from = knot
+        .checked_sub(1)
+        .map_or(Some(&[0.0; ACTION_SIZE]), |last| offsets.get(last));
+    if let (Some(from), Some(to)) = (from, offsets.get(knot)) {
         for ((command, from), to) in action.iter_mut().zip(from).zip(to) {
             let offset = from * (1.0 - share) + to * share;
             *command = (f64::from(*command) + offset).clamp(-1.0, 1.0) as f32;

@@ -206,7 +206,8 @@ pub struct SweepArguments {
 /// a few minutes.
 ///
 /// A push is withstood if the body stays up for 8 s, a step if the hip gets 3 m beyond its face. Each round's controller is
-/// tried on the same 128 other pushes, and on 128 steps if there are any; the best is the one that withstands most of them and
+/// tried on the same 128 other pushes, on 128 steps if there are any, and in 128 motions that are weakly disturbed (noise,
+/// delays, slopes, steps, weak pushes); the best is the one that withstands most of all these and
 /// meets at least as many of the default 39 criteria as the controller did at the start. Ctrl-C stops after the round. The same command
 /// continues, also with more --rounds; the result is the same as without a stop.
 #[derive(Debug, Args)]
@@ -217,8 +218,8 @@ The folder:
   rounds.jsonl                 every round, one JSON object per line
   state.safetensors            everything needed to go on
 
-With --json, standard output is {\"folder\", \"controller\", \"plan\", \"rounds\": [{\"round\", \"pushes\", \"steps_up\", \"met\",
-\"criteria\", \"best\", ...}]}, with \"pushes\" and \"steps_up\" {\"met\", \"alone\", \"found\", \"withstood\", \"compared\"}; round 0 is the
+With --json, standard output is {\"folder\", \"controller\", \"plan\", \"rounds\": [{\"round\", \"pushes\", \"steps_up\",
+\"weak_up\", \"weak_compared\", \"met\", \"criteria\", \"best\", ...}]}, with \"pushes\" and \"steps_up\" {\"met\", \"alone\", \"found\", \"withstood\", \"compared\"}; round 0 is the
 controller as it was.
 
 Examples:
