@@ -230,5 +230,5 @@ def test_bad_folders_are_named(whole, tiny, tmp_path):
 def test_without_pandas_the_error_says_what_to_install(whole, monkeypatch):
     run, _ = whole
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match=r"pip install 'gaitshift\[pandas\]'"):
+    with pytest.raises(ImportError, match=r"pip install 'crates/gaitshift-python\[pandas\]'"):
         _ = run.metrics
