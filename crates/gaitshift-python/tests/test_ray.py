@@ -1,7 +1,7 @@
 """Contract: a sweep on Ray ends in the bits of `gaitshift sweep`, with two workers killed in the middle and the whole stopped
 and begun again; two nodes share the work; no trial begins from the start twice; what is wrong is one clear error.
 
-Needs Ray (`pip install 'gaitshift[ray]'`), which the other tests do not; left out where it is not installed."""
+Needs Ray (`pip install 'crates/gaitshift-python[ray]'`), which the other tests do not; left out where it is not installed."""
 
 import contextlib
 import json
