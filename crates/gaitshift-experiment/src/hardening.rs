@@ -353,7 +353,6 @@ impl Hardening {
         let mut rng = hardening.stream(WIDENING, 0);
         let units = hardening.plan.hidden_units;
         hardening.policy = hardening.policy.widened(units, &mut rng);
-        hardening.best = hardening.policy.clone();
         if hardening.restore()? {
             // A kill may have come between the state and what is made of it, of which the rounds are the last.
             let written = std::fs::read_to_string(hardening.rounds_path());

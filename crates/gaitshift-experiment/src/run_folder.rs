@@ -118,7 +118,7 @@ impl RunFolder {
         }
         // The first checkpoint replaces these; one that was begun by a run killed before its configuration was
         // written may go.
-        for name in [LAST, NEW, OLD, LOCK] {
+        for name in [LAST, NEW, OLD] {
             if !self.is_of_no_run(name)? {
                 return Err(foreign(name));
             }
@@ -129,13 +129,6 @@ impl RunFolder {
     /// Whether nothing is lost if a new run replaces this file or folder.
     fn is_of_no_run(&self, name: &str) -> Result<bool, TrainingError> {
         let path = self.file(name);
-        if name == LOCK {
-            return match fs::read(&path) {
-                Ok(text) => Ok(text.iter().all(|c| c.is_ascii_digit() || *c == b'\n')),
-                Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(true),
-                Err(_) => Ok(false),
-            };
-        }
         let entries = match fs::read_dir(&path) {
             Ok(entries) => entries,
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(true),
@@ -182,13 +175,16 @@ impl RunFolder {
             }
             Err(TryLockError::Error(_)) => return Ok(None),
         }
-        if !self.is_of_no_run(LOCK)? {
+        let mut held = Vec::new();
+        file.read_to_end(&mut held).map_err(io_error(&path))?;
+        if !held.iter().all(|c| c.is_ascii_digit() || *c == b'\n') {
             return Err(TrainingError::other(
                 &self.path,
                 format!("already holds {LOCK}, which is not of this program; give another --out"),
             ));
         }
         file.set_len(0)
+            .and_then(|()| file.rewind())
             .and_then(|()| file.write_all(format!("{}\n", std::process::id()).as_bytes()))
             .map_err(io_error(&path))?;
         Ok(Some(file))

@@ -209,12 +209,9 @@ fn what_is_imitated_grows_from_nothing_with_the_push() {
         .unwrap();
     let periods = (2.0 / original.task.control_period_s).round() as usize;
     let difference = |period: usize| {
-        let at = |k: usize| {
-            (actions[k] - own[k])
-                .abs()
-                .max((actions[k + 1] - own[k + 1]).abs())
-        };
-        at(2 * period)
+        let both = 2 * period..2 * period + 2;
+        both.map(|k| (actions[k] - own[k]).abs())
+            .fold(0.0, f32::max)
     };
     assert!(difference(0) < 1e-5);
     assert!((0..periods).any(|period| difference(period) > 0.01));
