@@ -1,0 +1,324 @@
+"""Hardens a controller by policy gradients: it meets strong pushes, and a fall costs.
+
+Proximal policy optimisation from a controller that exists (Schulman et al. 2017). The only reward is -1 for a fall. What is not
+to change is held by a second term: in motions that nothing disturbs, or little, the actor imitates the controller as it was.
+Exploration noise lasts for about 0.1 s, because noise that is new in every control period hardly moves the body; the
+gradient is that of what is new in it. The actor is the mean of a network and its mirror image, so the controller to begin with
+must be one.
+
+Beside the controllers, OUT/log.csv has a row for each iteration: falls per second in each group of bipeds, and how far the
+actor is from the controller as it was (mean |Δa|²). Needs PyTorch and safetensors beside the package; an iteration takes about
+10 s of one core:
+
+    pip install torch safetensors
+    python experiments/hardening/policy_gradient.py --controller controllers/robust/before-hardening.safetensors --out out/pg
+    python experiments/hardening/falls.py controllers/robust/before-hardening.safetensors out/pg/300.safetensors
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from safetensors import safe_open
+from safetensors.torch import save_file
+from torch import Tensor, nn
+
+from gaitshift.vector import PassiveBipedVectorEnv
+
+CONTROL_PERIODS = 128  # of a biped in an iteration
+GAMMA, LAMBDA = 0.995, 0.95  # a horizon of 2 s
+CLIP = 0.2
+EPOCHS, ROWS = 3, 16384
+# Right and left exchanged.
+OBSERVATION_MIRROR = [0, 1, 2, 5, 6, 3, 4, 9, 10, 7, 8, 12, 11, 13]
+ACTION_MIRROR = [1, 0]
+OMEGA_V = 13  # its place among the observations
+
+
+@dataclass(frozen=True)
+class Group:
+    """Bipeds that are disturbed alike."""
+
+    name: str
+    share: float
+    randomization: dict[str, Any] | None
+    keep: float  # weight of what the controller did before
+
+
+def pushed(forward_n: tuple[float, float] = (0, 0), up_n: tuple[float, float] = (0, 0)) -> dict[str, Any]:
+    """Pushes of 0.1 s, 2.5 s apart in the mean."""
+    return {"pushes": {"interval_s": 2.5, "forward_n": forward_n, "up_n": up_n, "duration_s": (0.1, 0.1)}}
+
+
+WEAK = {
+    "share": 0.7,
+    "latency_s": (0.0, 0.02),
+    "noise": {
+        "x_velocity_m_per_s": 0.2,
+        "theta_rad": 0.04,
+        "theta_velocity_rad_per_s": 0.2,
+        "h_m": 0.01,
+        "h_velocity_m_per_s": 0.2,
+        "phi_rad": 0.03,
+        "phi_velocity_rad_per_s": 0.2,
+        "d_velocity_m_per_s": 0.2,
+    },
+    "pushes": {"interval_s": 3.0, "forward_n": (-150, 150), "up_n": (-150, 150), "duration_s": (0.1, 0.1)},
+    "terrain": {"slope_rad": (-0.06, 0.06), "steps": {"height_m": (-0.03, 0.03)}},
+}
+STEPS_UP = {"terrain": {"steps": {"height_m": (0.005, 0.035), "spacing_m": (1.5, 3.0)}}}
+
+
+def groups(keep: float) -> list[Group]:
+    """Who meets what; `keep` is the weight on flat ground, undisturbed."""
+    return [
+        Group("undisturbed", 0.08, None, keep),
+        Group("weak", 0.17, WEAK, 10.0),
+        Group("forward", 0.30, pushed(forward_n=(200, 360)), 0.05),
+        Group("backward", 0.20, pushed(forward_n=(-360, -100)), 0.05),
+        Group("down", 0.10, pushed(up_n=(-360, -50)), 0.05),
+        Group("any direction", 0.10, pushed(forward_n=(-300, 300), up_n=(-300, 300)), 0.05),
+        Group("steps up", 0.05, STEPS_UP, 0.05),
+    ]
+
+
+class Actor(nn.Module):
+    """The mean of a network of two layers and its mirror image, as a controller's file holds it."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        with safe_open(path, "pt") as file:
+            self.metadata = file.metadata()
+            self.file = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118, it is no dict
+        self.scale = torch.tensor(json.loads(self.metadata["gaitshift"])["observation_scale"])
+        units = self.file["layers.0.bias"].shape[0] // 2
+        self.layers = nn.ModuleList([nn.Linear(14, units), nn.Linear(units, units), nn.Linear(units, 2)])
+        first, second, output = self.layers
+        with torch.no_grad():
+            for layer, name, inputs in ((first, "layers.0", 14), (second, "layers.1", units)):
+                layer.weight.copy_(self.file[f"{name}.weight"][:units, :inputs])
+                layer.bias.copy_(self.file[f"{name}.bias"][:units])
+            output.weight.copy_(2 * self.file["output.weight"][:2, :units])
+            output.bias.copy_(self.file["output.bias"][:2])
+            looked_at = torch.randn(64, 14)
+            error = (self(looked_at) - torch.tanh(self.written(looked_at))).abs().max()
+        if error > 1e-4:
+            raise SystemExit(f"{path}: no mean of a network of two layers and its mirror image, so it cannot be trained on")
+
+    def half(self, observations: Tensor) -> Tensor:
+        first, second, output = self.layers
+        return output(torch.relu(second(torch.relu(first(observations)))))
+
+    def forward(self, observations: Tensor) -> Tensor:
+        mirrored = self.half(observations[:, OBSERVATION_MIRROR])[:, ACTION_MIRROR]
+        return torch.tanh(0.5 * (self.half(observations) + mirrored))
+
+    def written(self, observations: Tensor) -> Tensor:
+        """What the file's network gives, before the tanh."""
+        rows = observations
+        for name in ("layers.0", "layers.1"):
+            rows = torch.relu(rows @ self.file[f"{name}.weight"].T + self.file[f"{name}.bias"])
+        return (rows @ self.file["output.weight"].T + self.file["output.bias"])[:, :2]
+
+    def save(self, path: Path) -> None:
+        """Writes a controller: both halves side by side."""
+        first, second, output = (layer for layer in self.layers)
+        units = first.bias.shape[0]
+        tensors = {name: tensor.clone() for name, tensor in self.file.items()}
+        with torch.no_grad():
+            tensors["layers.0.weight"][:] = torch.cat([first.weight, first.weight[:, OBSERVATION_MIRROR]])
+            tensors["layers.1.weight"][:] = torch.block_diag(second.weight, second.weight)
+            for name, layer in (("layers.0", first), ("layers.1", second)):
+                tensors[f"{name}.bias"][:] = layer.bias.repeat(2)
+            tensors["output.weight"][:2, :units] = output.weight / 2
+            tensors["output.weight"][:2, units:] = output.weight[ACTION_MIRROR] / 2
+            tensors["output.bias"][:2] = (output.bias + output.bias[ACTION_MIRROR]) / 2
+        save_file(tensors, path, self.metadata)
+
+
+class Bipeds:
+    """All groups side by side."""
+
+    def __init__(self, controller: Path, parts: list[Group], count: int, at_zero: float, rng: np.random.Generator) -> None:
+        self.parts, self.at_zero, self.rng = parts, at_zero, rng
+        self.environments, self.commands, observations, group = [], [], [], []
+        for index, part in enumerate(parts):
+            bipeds = max(1, round(count * part.share))
+            group += [index] * bipeds
+            environment = PassiveBipedVectorEnv(
+                bipeds, controller=controller, randomization=part.randomization, autoreset_mode="SameStep"
+            )
+            commands = self.drawn(part, bipeds)
+            first, _ = environment.reset(seed=int(rng.integers(2**31)), options={"omega_v": commands})
+            self.environments.append(environment)
+            self.commands.append(commands)
+            observations.append(first)
+        self.group = np.array(group)
+        self.observations = np.concatenate(observations).astype(np.float32)
+
+    def drawn(self, part: Group, count: int) -> np.ndarray:
+        """Commands: 0, near 0, and the rest."""
+        chance = self.rng.random(count)
+        if part.randomization is None or part.randomization is WEAK:
+            return np.where(chance < 0.35, self.rng.uniform(-0.3, 0.3, count), self.rng.uniform(-0.5, 3.5, count))
+        low = np.where(self.rng.random(count) < 0.8, 0.0, self.rng.uniform(-0.2, 0.3, count))
+        whole = self.rng.choice([1.0, 2.0, 3.0], count)
+        high = np.where(self.rng.random(count) < 0.3, self.rng.uniform(-0.2, 3.5, count), whole)
+        return np.where(chance < self.at_zero, low, high)
+
+    def change_commands(self) -> None:
+        """Of one in twenty, in the middle of an episode."""
+        begin = 0
+        for index, (part, environment) in enumerate(zip(self.parts, self.environments)):
+            count = environment.num_envs
+            changed = self.rng.random(count) < 0.05
+            self.commands[index] = np.where(changed, self.drawn(part, count), self.commands[index])
+            environment.set_omega_v(self.commands[index])
+            self.observations[begin : begin + count, OMEGA_V] = self.commands[index]
+            begin += count
+
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
+        """Which fell, whose episode is over, and the last observations of those that were cut off."""
+        fell, over, last = [], [], {}
+        begin = 0
+        for environment in self.environments:
+            end = begin + environment.num_envs
+            self.observations[begin:end], _, terminated, truncated, info = environment.step(actions[begin:end])
+            for biped in np.flatnonzero(truncated & ~terminated):
+                last[begin + biped] = info["final_obs"][biped]
+            fell.append(terminated)
+            over.append(terminated | truncated)
+            begin = end
+        return np.concatenate(fell), np.concatenate(over), last
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--controller", type=Path, required=True, help="the controller to begin with, whose motion is kept")
+    parser.add_argument("--from", dest="begin", type=Path, help="go on from this one of its outputs (not to the same bits)")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the controllers and log.csv")
+    parser.add_argument("--iterations", type=int, default=300)
+    parser.add_argument("--bipeds", type=int, default=1024)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--learning-rate", type=float, default=3e-4, help="at first; it falls to a fiftieth")
+    parser.add_argument("--noise", type=float, default=0.15, help="standard deviation of exploration, of the greatest force")
+    parser.add_argument("--keep", type=float, default=500.0, help="weight of the undisturbed motion as it was")
+    parser.add_argument("--at-zero", type=float, default=0.5, help="share of the strongly disturbed at or near ω_v = 0")
+    arguments = parser.parse_args()
+
+    torch.set_num_threads(1)
+    torch.manual_seed(arguments.seed)
+    rng = np.random.default_rng(arguments.seed)
+    before = Actor(arguments.controller).requires_grad_(False)
+    actor = Actor(arguments.begin or arguments.controller)
+    parts = groups(arguments.keep)
+    bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng)
+    count = len(bipeds.group)
+    group = torch.from_numpy(bipeds.group)
+    which = nn.functional.one_hot(group, len(parts)).float()
+    keep = torch.tensor([part.keep for part in parts])[group]
+    # The critic also knows the group.
+    critic = nn.Sequential(
+        nn.Linear(14 + len(parts), 256), nn.ReLU(), nn.Linear(256, 256), nn.ReLU(), nn.Linear(256, 1)
+    )
+    actor_adam = torch.optim.Adam(actor.parameters(), lr=arguments.learning_rate)
+    critic_adam = torch.optim.Adam(critic.parameters(), lr=3e-4)
+    remains = 0.9  # of the noise, from one control period to the next
+    fresh = arguments.noise * np.sqrt(1 - remains**2)
+    noise = np.zeros((count, 2), np.float32)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    with (arguments.out / "log.csv").open("a", newline="") as log:
+        rows = csv.writer(log)
+        names = [part.name for part in parts]
+        rows.writerow(["iteration", "elapsed_s", *(f"falls_per_s {n}" for n in names), *(f"moved {n}" for n in names)])
+        began = time.monotonic()
+        for iteration in range(1, arguments.iterations + 1):
+            share_left = 1 - iteration / arguments.iterations
+            actor_adam.param_groups[0]["lr"] = arguments.learning_rate * max(0.02, share_left)
+            shape = (CONTROL_PERIODS, count)
+            observations = np.zeros((CONTROL_PERIODS + 1, count, 14), np.float32)
+            # Without what remains of the noise before, which no gradient goes through.
+            actions = np.zeros((*shape, 2), np.float32)
+            rewards, ended, cut_off = (np.zeros(shape, np.float32) for _ in range(3))
+            for period in range(CONTROL_PERIODS):
+                observations[period] = bipeds.observations
+                with torch.no_grad():
+                    mean = actor(torch.from_numpy(bipeds.observations) * actor.scale).numpy()
+                noise *= remains
+                actions[period] = mean + fresh * rng.standard_normal(mean.shape, dtype=np.float32)
+                noise += actions[period] - mean
+                fell, over, last = bipeds.step(np.clip(mean + noise, -1, 1))
+                noise[over] = 0
+                rewards[period], ended[period] = -fell.astype(np.float32), over
+                for biped, final in last.items():
+                    with torch.no_grad():
+                        seen = torch.from_numpy(final.astype(np.float32)) * actor.scale
+                        cut_off[period, biped] = critic(torch.cat([seen, which[biped]])).item()
+            observations[CONTROL_PERIODS] = bipeds.observations
+            bipeds.change_commands()
+
+            scaled = torch.from_numpy(observations) * actor.scale
+            with torch.no_grad():
+                values = torch.stack([critic(torch.cat([row, which], 1))[:, 0] for row in scaled]).numpy()
+            advantages = np.zeros(shape, np.float32)
+            following = np.zeros(count, np.float32)
+            for period in reversed(range(CONTROL_PERIODS)):
+                next_value = np.where(ended[period] > 0, cut_off[period], values[period + 1])
+                error = rewards[period] + GAMMA * next_value - values[period]
+                following = error + GAMMA * LAMBDA * (1 - ended[period]) * following
+                advantages[period] = following
+            returns = torch.from_numpy(advantages + values[:-1]).flatten()
+            advantage = torch.from_numpy(advantages).flatten()
+            advantage = advantage / (advantage.std() + 1e-6)
+            seen, taken = scaled[:-1].reshape(-1, 14), torch.from_numpy(actions).reshape(-1, 2)
+            kept, row_group = keep.repeat(CONTROL_PERIODS), group.repeat(CONTROL_PERIODS)
+            groups_seen = which.repeat(CONTROL_PERIODS, 1)
+            with torch.no_grad():
+                old = torch.cat([actor(rows) for rows in seen.split(ROWS)])
+                as_before = torch.cat([before(rows) for rows in seen.split(ROWS)])
+            moved = np.zeros(len(parts))
+            for epoch in range(EPOCHS):
+                for chosen in torch.randperm(len(seen)).split(ROWS):
+                    value = critic(torch.cat([seen[chosen], groups_seen[chosen]], 1))[:, 0]
+                    critic_loss = (value - returns[chosen]).square().mean()
+                    critic_adam.zero_grad()
+                    critic_loss.backward()
+                    critic_adam.step()
+                    if iteration <= 6:  # the critic first
+                        continue
+                    mean = actor(seen[chosen])
+                    away = (taken[chosen] - mean).square() - (taken[chosen] - old[chosen]).square()
+                    ratio = (-away.sum(1) / (2 * fresh**2)).clamp(-10, 10).exp()
+                    gain = torch.minimum(
+                        ratio * advantage[chosen], ratio.clamp(1 - CLIP, 1 + CLIP) * advantage[chosen]
+                    )
+                    difference = (mean - as_before[chosen]).square().sum(1)
+                    loss = (kept[chosen] * difference - gain).mean()
+                    actor_adam.zero_grad()
+                    loss.backward()
+                    nn.utils.clip_grad_norm_(actor.parameters(), 1.0)
+                    actor_adam.step()
+                    if epoch == EPOCHS - 1:
+                        sums = torch.zeros(len(parts)).index_add_(0, row_group[chosen], difference.detach())
+                        moved += sums.numpy()
+            bipeds_of = np.bincount(bipeds.group)
+            falls = np.bincount(bipeds.group, weights=-rewards.sum(0)) / (bipeds_of * CONTROL_PERIODS * 0.01)
+            moved /= bipeds_of * CONTROL_PERIODS
+            rows.writerow([iteration, round(time.monotonic() - began), *falls.round(4), *moved.round(6)])
+            log.flush()
+            told = ", ".join(f"{name} {fall:.3f}" for name, fall in zip(names, falls))
+            print(f"iteration {iteration} of {arguments.iterations}, falls per s: {told}", flush=True)
+            if iteration % 10 == 0 or iteration == arguments.iterations:
+                actor.save(arguments.out / f"{iteration}.safetensors")
+
+
+if __name__ == "__main__":
+    main()
