@@ -20,6 +20,7 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -128,8 +129,11 @@ class Actor(nn.Module):
             rows = torch.relu(rows @ self.file[f"{name}.weight"].T + self.file[f"{name}.bias"])
         return (rows @ self.file["output.weight"].T + self.file["output.bias"])[:, :2]
 
-    def save(self, path: Path) -> None:
+    def save(self, path: Path, seed: int) -> None:
         """Writes a controller: both halves side by side."""
+        description = json.loads(self.metadata["gaitshift"])
+        command = " ".join(["python experiments/hardening/policy_gradient.py", *sys.argv[1:]])
+        description["provenance"] |= {"command": command, "seed": seed}
         first, second, output = (layer for layer in self.layers)
         units = first.bias.shape[0]
         tensors = {name: tensor.clone() for name, tensor in self.file.items()}
@@ -141,7 +145,7 @@ class Actor(nn.Module):
             tensors["output.weight"][:2, :units] = output.weight / 2
             tensors["output.weight"][:2, units:] = output.weight[ACTION_MIRROR] / 2
             tensors["output.bias"][:2] = (output.bias + output.bias[ACTION_MIRROR]) / 2
-        save_file(tensors, path, self.metadata)
+        save_file(tensors, path, self.metadata | {"gaitshift": json.dumps(description)})
 
 
 class Bipeds:
@@ -317,7 +321,7 @@ def main() -> None:
             told = ", ".join(f"{name} {fall:.3f}" for name, fall in zip(names, falls))
             print(f"iteration {iteration} of {arguments.iterations}, falls per s: {told}", flush=True)
             if iteration % 10 == 0 or iteration == arguments.iterations:
-                actor.save(arguments.out / f"{iteration}.safetensors")
+                actor.save(arguments.out / f"{iteration}.safetensors", arguments.seed)
 
 
 if __name__ == "__main__":
