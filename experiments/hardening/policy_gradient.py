@@ -11,8 +11,9 @@ actor is from the controller as it was (mean |Δa|²). Needs PyTorch and safeten
 10 s of one core:
 
     pip install torch safetensors
-    python experiments/hardening/policy_gradient.py --controller controllers/robust/before-hardening.safetensors --out out/pg
-    python experiments/hardening/falls.py controllers/robust/before-hardening.safetensors out/pg/300.safetensors
+    robust=crates/gaitshift-experiment/controllers/robust.safetensors
+    python experiments/hardening/policy_gradient.py --controller $robust --out out/pg
+    python experiments/hardening/falls.py robust out/pg/300.safetensors
 """
 
 from __future__ import annotations
