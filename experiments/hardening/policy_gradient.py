@@ -97,6 +97,8 @@ class Actor(nn.Module):
 
     def __init__(self, path: Path) -> None:
         super().__init__()
+        if not path.is_file():
+            raise SystemExit(f"{path}: no such file; give the controller.safetensors of a run or a hardening")
         with safe_open(path, "pt") as file:
             self.metadata = file.metadata()
             self.file = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118, it is no dict
