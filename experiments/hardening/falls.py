@@ -24,7 +24,7 @@ def fell(controller: gaitshift.Controller, omega_v: float, seed: int, impulse_n_
     forward_n, up_n = (impulse / DURATION_S for impulse in impulse_n_s)
     push = {"forward_n": forward_n, "up_n": up_n, "start_s": time_s, "duration_s": DURATION_S}
     recording = controller.record(omega_v, time_s + UP_S, seed=seed, disturbance={"pushes": [push]})
-    return recording["time_s"][-1] < time_s + UP_S - 0.02
+    return recording.summary()["fell"]
 
 
 def main() -> None:

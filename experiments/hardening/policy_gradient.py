@@ -36,6 +36,7 @@ from torch import Tensor, nn
 from gaitshift.vector import PassiveBipedVectorEnv
 
 CONTROL_PERIODS = 128  # of a biped in an iteration
+CONTROL_PERIOD_S = 0.01  # of `robust`
 GAMMA, LAMBDA = 0.995, 0.95  # a horizon of 2 s
 CLIP = 0.2
 EPOCHS, ROWS = 3, 16384
@@ -53,6 +54,7 @@ class Group:
     share: float
     randomization: dict[str, Any] | None
     keep: float  # weight of what the controller did before
+    strongly: bool = True
 
 
 def pushed(forward_n: tuple[float, float] = (0, 0), up_n: tuple[float, float] = (0, 0)) -> dict[str, Any]:
@@ -82,8 +84,8 @@ STEPS_UP = {"terrain": {"steps": {"height_m": (0.005, 0.035), "spacing_m": (1.5,
 def groups(keep: float) -> list[Group]:
     """Who meets what; `keep` is the weight on flat ground, undisturbed."""
     return [
-        Group("undisturbed", 0.08, None, keep),
-        Group("weak", 0.17, WEAK, 10.0),
+        Group("undisturbed", 0.08, None, keep, strongly=False),
+        Group("weak", 0.17, WEAK, 10.0, strongly=False),
         Group("forward", 0.30, pushed(forward_n=(200, 360)), 0.05),
         Group("backward", 0.20, pushed(forward_n=(-360, -100)), 0.05),
         Group("down", 0.10, pushed(up_n=(-360, -50)), 0.05),
@@ -137,7 +139,7 @@ class Actor(nn.Module):
         description = json.loads(self.metadata["gaitshift"])
         command = " ".join(["python experiments/hardening/policy_gradient.py", *sys.argv[1:]])
         description["provenance"] |= {"command": command, "seed": seed}
-        first, second, output = (layer for layer in self.layers)
+        first, second, output = self.layers
         units = first.bias.shape[0]
         tensors = {name: tensor.clone() for name, tensor in self.file.items()}
         with torch.no_grad():
@@ -174,7 +176,7 @@ class Bipeds:
     def drawn(self, part: Group, count: int) -> np.ndarray:
         """Commands: 0, near 0, and the rest."""
         chance = self.rng.random(count)
-        if part.randomization is None or part.randomization is WEAK:
+        if not part.strongly:
             return np.where(chance < 0.35, self.rng.uniform(-0.3, 0.3, count), self.rng.uniform(-0.5, 3.5, count))
         low = np.where(self.rng.random(count) < 0.8, 0.0, self.rng.uniform(-0.2, 0.3, count))
         whole = self.rng.choice([1.0, 2.0, 3.0], count)
@@ -229,6 +231,7 @@ def main() -> None:
     parts = groups(arguments.keep)
     bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng)
     count = len(bipeds.group)
+    rows_of = CONTROL_PERIODS * np.bincount(bipeds.group)  # a group's in an iteration
     group = torch.from_numpy(bipeds.group)
     which = nn.functional.one_hot(group, len(parts)).float()
     keep = torch.tensor([part.keep for part in parts])[group]
@@ -316,9 +319,8 @@ def main() -> None:
                     if epoch == EPOCHS - 1:
                         sums = torch.zeros(len(parts)).index_add_(0, row_group[chosen], difference.detach())
                         moved += sums.numpy()
-            bipeds_of = np.bincount(bipeds.group)
-            falls = np.bincount(bipeds.group, weights=-rewards.sum(0)) / (bipeds_of * CONTROL_PERIODS * 0.01)
-            moved /= bipeds_of * CONTROL_PERIODS
+            falls = np.bincount(bipeds.group, weights=-rewards.sum(0)) / (rows_of * CONTROL_PERIOD_S)
+            moved /= rows_of
             rows.writerow([iteration, round(time.monotonic() - began), *falls.round(4), *moved.round(6)])
             log.flush()
             told = ", ".join(f"{name} {fall:.3f}" for name, fall in zip(names, falls))
