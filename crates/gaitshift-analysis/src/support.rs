@@ -210,9 +210,10 @@ impl Support {
 
     /// The touchdowns within a window, in the order of time.
     pub fn touchdowns(&self, window: Window) -> impl Iterator<Item = &FootEvent> {
-        self.events.iter().filter(move |event| {
-            event.kind == FootEventKind::Touchdown && window.contains(event.row)
-        })
+        let from = |row: usize| self.events.partition_point(|event| event.row < row);
+        self.events[from(window.start_row())..from(window.end_row() + 1)]
+            .iter()
+            .filter(|event| event.kind == FootEventKind::Touchdown)
     }
 
     /// How many control periods of a window are spent in phases that `wanted` accepts.
@@ -246,7 +247,12 @@ impl Support {
         window: Window,
         wanted: impl Fn(SupportPhase) -> bool,
     ) -> impl Iterator<Item = Window> {
-        self.phases
+        let after = |row: usize| {
+            let phases = &self.phases;
+            phases.partition_point(|interval| interval.window.end_row() <= row)
+        };
+        let (first, last) = (after(window.start_row()), after(window.end_row()));
+        self.phases[first..(last + 1).min(self.phases.len())]
             .iter()
             .filter(move |interval| wanted(interval.phase))
             .filter_map(move |interval| interval.window.intersection(window))

@@ -2,6 +2,7 @@
 
 use crate::{ReportError, Subject};
 use gaitshift_analysis::recording::column;
+use gaitshift_analysis::support::ContactRule;
 use gaitshift_body::{Body, BodyState, EnergyAccount, sphere_center};
 use gaitshift_experiment::{Deterministic, Simulation};
 use gaitshift_task::Environment;
@@ -135,16 +136,16 @@ impl Trace {
             .map(move |(k, row)| (k as f64 / length as f64, row))
     }
 
-    /// The stances of one leg in the trace, as ranges of rows: where the foot bears more than a twentieth of `weight_n` until
-    /// it bears less than a hundredth, for at least 80 ms, gaps of 20 ms filled.
+    /// The stances of one leg in the trace, as ranges of rows, by [`ContactRule`] for a body of `weight_n`.
     pub fn stances(&self, leg: usize, weight_n: f64) -> Vec<Range<usize>> {
+        let rule = ContactRule::default();
         let mut runs: Vec<Range<usize>> = Vec::new();
         let mut begun = None;
         for (k, row) in self.rows.iter().enumerate() {
             let force = row.normal_n[leg];
             match begun {
-                None if force > 0.05 * weight_n => begun = Some(k),
-                Some(first) if force <= 0.01 * weight_n => {
+                None if force > rule.min_force_fraction * weight_n => begun = Some(k),
+                Some(first) if force <= rule.release_force_fraction * weight_n => {
                     runs.push(first..k);
                     begun = None;
                 }
@@ -156,11 +157,13 @@ impl Trace {
         let mut stances: Vec<Range<usize>> = Vec::new();
         for run in runs {
             match stances.last_mut() {
-                Some(last) if time(run.start) - time(last.end) < 0.02 => last.end = run.end,
+                Some(last) if time(run.start) - time(last.end) < rule.min_gap_s => {
+                    last.end = run.end
+                }
                 _ => stances.push(run),
             }
         }
-        stances.retain(|s| s.start > 0 && time(s.end) - time(s.start) >= 0.08);
+        stances.retain(|s| s.start > 0 && time(s.end) - time(s.start) >= rule.min_contact_s);
         stances
     }
 }
