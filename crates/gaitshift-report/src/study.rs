@@ -27,6 +27,7 @@ use gaitshift_experiment::CommandProfile;
 use motions::{random_starts, record, stairs, steady_motion};
 use plan::commands;
 use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What was measured of one subject. Everything in it is a number that goes into the report's JSON.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -181,10 +182,14 @@ impl Measured {
         say: &mut Saying,
     ) -> Result<Study, ReportError> {
         let other = subject.clone();
+        let stopped = AtomicBool::new(false);
         std::thread::scope(|scope| {
-            let fine = scope.spawn(|| fine_step(other, plan));
-            let mut study = self.usual_numbers(subject, plan, say)?;
-            say("finer integration step")?;
+            let fine = scope.spawn(|| fine_step(other, plan, &stopped));
+            let usual = self
+                .usual_numbers(subject, plan, say)
+                .and_then(|study| say("finer integration step").map(|()| study));
+            stopped.store(usual.is_err(), Ordering::Relaxed);
+            let mut study = usual?;
             let fine = fine.join();
             study.fine_step = match fine {
                 Ok(fine) => Some(Box::new(fine?)),
@@ -279,7 +284,15 @@ fn landings(traces: &[(f64, Trace)], weight_n: f64) -> Vec<Landing> {
 }
 
 /// What the headline numbers need, with the finer integration step: motions as long as the usual ones, the same stairs and starts.
-fn fine_step(mut subject: Subject, plan: &Plan) -> Result<Study, ReportError> {
+fn fine_step(
+    mut subject: Subject,
+    plan: &Plan,
+    stopped: &AtomicBool,
+) -> Result<Study, ReportError> {
+    let go_on = || match stopped.load(Ordering::Relaxed) {
+        true => Err(ReportError::Stopped),
+        false => Ok(()),
+    };
     let parameters = BodyParameters {
         time_step_s: plan.fine_step_s,
         ..subject.body.parameters().clone()
@@ -289,9 +302,12 @@ fn fine_step(mut subject: Subject, plan: &Plan) -> Result<Study, ReportError> {
     let subject = &mut subject;
     let mut steady = Vec::new();
     for omega_v in fine_commands(plan) {
+        go_on()?;
         steady.push(steady_motion(subject, omega_v, plan.steady_s)?);
     }
+    go_on()?;
     let (stairs_up, stairs_down) = stairs(subject, plan)?;
+    go_on()?;
     let starts = random_starts(subject, plan)?;
     let [from_s, to_s] = TRACED_S;
     let run = plan.gaits[1];
