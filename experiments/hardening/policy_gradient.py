@@ -44,6 +44,8 @@ EPOCHS, ROWS = 3, 16384
 OBSERVATION_MIRROR = [0, 1, 2, 5, 6, 3, 4, 9, 10, 7, 8, 12, 11, 13]
 ACTION_MIRROR = [1, 0]
 OMEGA_V = 13  # its place among the observations
+NEAR_ZERO = 0.4  # rad/s, of a command; beyond it search has done what can be done about pushes forward
+LEAST_NOISE, NOISE_LASTS = 0.02, 0.9  # standard deviation; what remains of the noise in the next control period
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,7 @@ class Group:
     share: float
     randomization: dict[str, Any] | None
     keep: float  # weight of what the controller did before
+    elsewhere: float  # the same at commands beyond NEAR_ZERO
     strongly: bool = True
 
 
@@ -81,16 +84,17 @@ WEAK = {
 STEPS_UP = {"terrain": {"steps": {"height_m": (0.005, 0.035), "spacing_m": (1.5, 3.0)}}}
 
 
-def groups(keep: float) -> list[Group]:
-    """Who meets what; `keep` is the weight on flat ground, undisturbed."""
+def groups(keep: float, elsewhere: float) -> list[Group]:
+    """Who meets what; `keep` is the weight on flat ground, undisturbed, `elsewhere` after pushes forward beyond NEAR_ZERO."""
+    any_direction = pushed(forward_n=(-300, 300), up_n=(-300, 300))
     return [
-        Group("undisturbed", 0.08, None, keep, strongly=False),
-        Group("weak", 0.17, WEAK, 10.0, strongly=False),
-        Group("forward", 0.30, pushed(forward_n=(200, 360)), 0.05),
-        Group("backward", 0.20, pushed(forward_n=(-360, -100)), 0.05),
-        Group("down", 0.10, pushed(up_n=(-360, -50)), 0.05),
-        Group("any direction", 0.10, pushed(forward_n=(-300, 300), up_n=(-300, 300)), 0.05),
-        Group("steps up", 0.05, STEPS_UP, 0.05),
+        Group("undisturbed", 0.08, None, keep, keep, strongly=False),
+        Group("weak", 0.17, WEAK, 10.0, 10.0, strongly=False),
+        Group("forward", 0.30, pushed(forward_n=(200, 360)), 0.05, elsewhere),
+        Group("backward", 0.20, pushed(forward_n=(-360, -100)), 0.05, 0.05),
+        Group("down", 0.10, pushed(up_n=(-360, -50)), 0.05, 0.05),
+        Group("any direction", 0.10, any_direction, 0.05, elsewhere),
+        Group("steps up", 0.05, STEPS_UP, 0.05, 0.05),
     ]
 
 
@@ -171,6 +175,7 @@ class Bipeds:
             self.commands.append(commands)
             observations.append(first)
         self.group = np.array(group)
+        self.count = len(group)
         self.observations = np.concatenate(observations).astype(np.float32)
 
     def drawn(self, part: Group, count: int) -> np.ndarray:
@@ -179,9 +184,15 @@ class Bipeds:
         if not part.strongly:
             return np.where(chance < 0.35, self.rng.uniform(-0.3, 0.3, count), self.rng.uniform(-0.5, 3.5, count))
         low = np.where(self.rng.random(count) < 0.8, 0.0, self.rng.uniform(-0.2, 0.3, count))
-        whole = self.rng.choice([1.0, 2.0, 3.0], count)
+        whole = self.rng.choice([1.0, 2.0, 3.0, 3.0], count)
         high = np.where(self.rng.random(count) < 0.3, self.rng.uniform(-0.2, 3.5, count), whole)
         return np.where(chance < self.at_zero, low, high)
+
+    def keep(self) -> Tensor:
+        """The weight of what the controller did before, of each."""
+        parts = zip(self.parts, self.commands)
+        weights = [np.where(np.abs(omega_v) > NEAR_ZERO, part.elsewhere, part.keep) for part, omega_v in parts]
+        return torch.from_numpy(np.concatenate(weights).astype(np.float32))
 
     def change_commands(self) -> None:
         """Of one in twenty, in the middle of an episode."""
@@ -209,41 +220,130 @@ class Bipeds:
         return np.concatenate(fell), np.concatenate(over), last
 
 
+@dataclass
+class Rollout:
+    """What all bipeds did in an iteration, control period by control period."""
+
+    observations: np.ndarray  # one more at the end
+    actions: np.ndarray  # without what remains of the noise before, which no gradient goes through
+    rewards: np.ndarray
+    over: np.ndarray
+    cut_off: np.ndarray  # the critic's value where an episode was cut off
+
+
+class Learner:
+    """The actor, the critic, which also knows the group, and the noise."""
+
+    def __init__(self, actor: Actor, before: Actor, bipeds: Bipeds, rate: float, noise: float) -> None:
+        self.actor, self.before, self.bipeds = actor, before, bipeds
+        self.group = torch.from_numpy(bipeds.group)
+        self.which = nn.functional.one_hot(self.group, len(bipeds.parts)).float()
+        self.critic = nn.Sequential(
+            nn.Linear(14 + len(bipeds.parts), 256), nn.ReLU(), nn.Linear(256, 256), nn.ReLU(), nn.Linear(256, 1)
+        )
+        self.actor_adam = torch.optim.Adam(actor.parameters(), lr=rate)
+        self.critic_adam = torch.optim.Adam(self.critic.parameters(), lr=3e-4)
+        # Some bipeds with little noise, so that the actor is tried as it will be used, and some with much, so that it learns.
+        deviation = LEAST_NOISE * (noise / LEAST_NOISE) ** bipeds.rng.random((bipeds.count, 1))
+        self.fresh = (deviation * np.sqrt(1 - NOISE_LASTS**2)).astype(np.float32)
+        self.noise = np.zeros((bipeds.count, 2), np.float32)
+
+    def rollout(self) -> Rollout:
+        bipeds, shape = self.bipeds, (CONTROL_PERIODS, self.bipeds.count)
+        observations = np.zeros((CONTROL_PERIODS + 1, bipeds.count, 14), np.float32)
+        rewards, over, cut_off = (np.zeros(shape, np.float32) for _ in range(3))
+        done = Rollout(observations, np.zeros((*shape, 2), np.float32), rewards, over, cut_off)
+        for period in range(CONTROL_PERIODS):
+            done.observations[period] = bipeds.observations
+            with torch.no_grad():
+                mean = self.actor(torch.from_numpy(bipeds.observations) * self.actor.scale).numpy()
+            new = self.fresh * bipeds.rng.standard_normal(mean.shape, dtype=np.float32)
+            done.actions[period] = mean + new
+            self.noise = NOISE_LASTS * self.noise + new
+            fell, done.over[period], last = bipeds.step(np.clip(mean + self.noise, -1, 1))
+            self.noise[done.over[period] > 0] = 0
+            done.rewards[period] = -fell.astype(np.float32)
+            for biped, final in last.items():
+                with torch.no_grad():
+                    seen = torch.from_numpy(final.astype(np.float32)) * self.actor.scale
+                    done.cut_off[period, biped] = self.critic(torch.cat([seen, self.which[biped]])).item()
+        done.observations[CONTROL_PERIODS] = bipeds.observations
+        return done
+
+    def advantages(self, done: Rollout) -> tuple[Tensor, Tensor]:
+        """Generalized advantage estimates, and the returns that the critic is to learn; a row for each action."""
+        scaled = torch.from_numpy(done.observations) * self.actor.scale
+        with torch.no_grad():
+            values = torch.stack([self.critic(torch.cat([row, self.which], 1))[:, 0] for row in scaled]).numpy()
+        advantages = np.zeros_like(done.rewards)
+        following = np.zeros(self.bipeds.count, np.float32)
+        for period in reversed(range(CONTROL_PERIODS)):
+            next_value = np.where(done.over[period] > 0, done.cut_off[period], values[period + 1])
+            error = done.rewards[period] + GAMMA * next_value - values[period]
+            following = error + GAMMA * LAMBDA * (1 - done.over[period]) * following
+            advantages[period] = following
+        returns = torch.from_numpy(advantages + values[:-1]).flatten()
+        flat = torch.from_numpy(advantages).flatten()
+        return flat / (flat.std() + 1e-6), returns
+
+    def update(self, done: Rollout, keep: Tensor, critic_alone: bool) -> np.ndarray:
+        """Learns from a rollout; mean |Δa|² of each group to the controller as it was."""
+        advantage, returns = self.advantages(done)
+        seen = (torch.from_numpy(done.observations[:-1]) * self.actor.scale).reshape(-1, 14)
+        taken = torch.from_numpy(done.actions).reshape(-1, 2)
+        keep, group, which = (rows.repeat(CONTROL_PERIODS, *[1] * (rows.dim() - 1)) for rows in (keep, self.group, self.which))
+        variance = torch.from_numpy(self.fresh[:, 0] ** 2).repeat(CONTROL_PERIODS)
+        with torch.no_grad():
+            old = torch.cat([self.actor(rows) for rows in seen.split(ROWS)])
+            as_before = torch.cat([self.before(rows) for rows in seen.split(ROWS)])
+        moved = torch.zeros(len(self.bipeds.parts))
+        for epoch in range(EPOCHS):
+            for chosen in torch.randperm(len(seen)).split(ROWS):
+                value = self.critic(torch.cat([seen[chosen], which[chosen]], 1))[:, 0]
+                critic_loss = (value - returns[chosen]).square().mean()
+                self.critic_adam.zero_grad()
+                critic_loss.backward()
+                self.critic_adam.step()
+                if critic_alone:
+                    continue
+                mean = self.actor(seen[chosen])
+                away = (taken[chosen] - mean).square() - (taken[chosen] - old[chosen]).square()
+                ratio = (-away.sum(1) / (2 * variance[chosen])).clamp(-10, 10).exp()
+                gain = torch.minimum(ratio * advantage[chosen], ratio.clamp(1 - CLIP, 1 + CLIP) * advantage[chosen])
+                difference = (mean - as_before[chosen]).square().sum(1)
+                loss = (keep[chosen] * difference - gain).mean()
+                self.actor_adam.zero_grad()
+                loss.backward()
+                nn.utils.clip_grad_norm_(self.actor.parameters(), 1.0)
+                self.actor_adam.step()
+                if epoch == EPOCHS - 1:
+                    moved.index_add_(0, group[chosen], difference.detach())
+        return (moved / torch.bincount(group)).numpy()
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--controller", type=Path, required=True, help="the controller to begin with, whose motion is kept")
     parser.add_argument("--from", dest="begin", type=Path, help="go on from this one of its outputs (not to the same bits)")
     parser.add_argument("--out", type=Path, required=True, help="folder for the controllers and log.csv")
-    parser.add_argument("--iterations", type=int, default=300)
+    parser.add_argument("--iterations", type=int, default=400)
     parser.add_argument("--bipeds", type=int, default=1024)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--learning-rate", type=float, default=3e-4, help="at first; it falls to a fiftieth")
-    parser.add_argument("--noise", type=float, default=0.15, help="standard deviation of exploration, of the greatest force")
-    parser.add_argument("--keep", type=float, default=500.0, help="weight of the undisturbed motion as it was")
-    parser.add_argument("--at-zero", type=float, default=0.5, help="share of the strongly disturbed at or near ω_v = 0")
+    parser.add_argument("--noise", type=float, default=0.15, help="greatest deviation of exploration, of the greatest force")
+    parser.add_argument("--keep", type=float, default=300.0, help="weight of the undisturbed motion as it was")
+    parser.add_argument("--elsewhere", type=float, default=100.0, help="the same after pushes forward, not near ω_v = 0")
+    parser.add_argument("--at-zero", type=float, default=0.65, help="share of the strongly disturbed at or near ω_v = 0")
     arguments = parser.parse_args()
 
     torch.set_num_threads(1)
     torch.manual_seed(arguments.seed)
     rng = np.random.default_rng(arguments.seed)
-    before = Actor(arguments.controller).requires_grad_(False)
-    actor = Actor(arguments.begin or arguments.controller)
-    parts = groups(arguments.keep)
+    parts = groups(arguments.keep, arguments.elsewhere)
     bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng)
-    count = len(bipeds.group)
-    rows_of = CONTROL_PERIODS * np.bincount(bipeds.group)  # a group's in an iteration
-    group = torch.from_numpy(bipeds.group)
-    which = nn.functional.one_hot(group, len(parts)).float()
-    keep = torch.tensor([part.keep for part in parts])[group]
-    # The critic also knows the group.
-    critic = nn.Sequential(
-        nn.Linear(14 + len(parts), 256), nn.ReLU(), nn.Linear(256, 256), nn.ReLU(), nn.Linear(256, 1)
-    )
-    actor_adam = torch.optim.Adam(actor.parameters(), lr=arguments.learning_rate)
-    critic_adam = torch.optim.Adam(critic.parameters(), lr=3e-4)
-    remains = 0.9  # of the noise, from one control period to the next
-    fresh = arguments.noise * np.sqrt(1 - remains**2)
-    noise = np.zeros((count, 2), np.float32)
+    actor, before = Actor(arguments.begin or arguments.controller), Actor(arguments.controller).requires_grad_(False)
+    learner = Learner(actor, before, bipeds, arguments.learning_rate, arguments.noise)
+    seconds_of = CONTROL_PERIODS * CONTROL_PERIOD_S * np.bincount(bipeds.group)  # a group's in an iteration
     arguments.out.mkdir(parents=True, exist_ok=True)
     with (arguments.out / "log.csv").open("a", newline="") as log:
         rows = csv.writer(log)
@@ -252,75 +352,12 @@ def main() -> None:
         began = time.monotonic()
         for iteration in range(1, arguments.iterations + 1):
             share_left = 1 - iteration / arguments.iterations
-            actor_adam.param_groups[0]["lr"] = arguments.learning_rate * max(0.02, share_left)
-            shape = (CONTROL_PERIODS, count)
-            observations = np.zeros((CONTROL_PERIODS + 1, count, 14), np.float32)
-            # Without what remains of the noise before, which no gradient goes through.
-            actions = np.zeros((*shape, 2), np.float32)
-            rewards, ended, cut_off = (np.zeros(shape, np.float32) for _ in range(3))
-            for period in range(CONTROL_PERIODS):
-                observations[period] = bipeds.observations
-                with torch.no_grad():
-                    mean = actor(torch.from_numpy(bipeds.observations) * actor.scale).numpy()
-                noise *= remains
-                actions[period] = mean + fresh * rng.standard_normal(mean.shape, dtype=np.float32)
-                noise += actions[period] - mean
-                fell, over, last = bipeds.step(np.clip(mean + noise, -1, 1))
-                noise[over] = 0
-                rewards[period], ended[period] = -fell.astype(np.float32), over
-                for biped, final in last.items():
-                    with torch.no_grad():
-                        seen = torch.from_numpy(final.astype(np.float32)) * actor.scale
-                        cut_off[period, biped] = critic(torch.cat([seen, which[biped]])).item()
-            observations[CONTROL_PERIODS] = bipeds.observations
+            learner.actor_adam.param_groups[0]["lr"] = arguments.learning_rate * max(0.02, share_left)
+            keep = bipeds.keep()
+            done = learner.rollout()
             bipeds.change_commands()
-
-            scaled = torch.from_numpy(observations) * actor.scale
-            with torch.no_grad():
-                values = torch.stack([critic(torch.cat([row, which], 1))[:, 0] for row in scaled]).numpy()
-            advantages = np.zeros(shape, np.float32)
-            following = np.zeros(count, np.float32)
-            for period in reversed(range(CONTROL_PERIODS)):
-                next_value = np.where(ended[period] > 0, cut_off[period], values[period + 1])
-                error = rewards[period] + GAMMA * next_value - values[period]
-                following = error + GAMMA * LAMBDA * (1 - ended[period]) * following
-                advantages[period] = following
-            returns = torch.from_numpy(advantages + values[:-1]).flatten()
-            advantage = torch.from_numpy(advantages).flatten()
-            advantage = advantage / (advantage.std() + 1e-6)
-            seen, taken = scaled[:-1].reshape(-1, 14), torch.from_numpy(actions).reshape(-1, 2)
-            kept, row_group = keep.repeat(CONTROL_PERIODS), group.repeat(CONTROL_PERIODS)
-            groups_seen = which.repeat(CONTROL_PERIODS, 1)
-            with torch.no_grad():
-                old = torch.cat([actor(rows) for rows in seen.split(ROWS)])
-                as_before = torch.cat([before(rows) for rows in seen.split(ROWS)])
-            moved = np.zeros(len(parts))
-            for epoch in range(EPOCHS):
-                for chosen in torch.randperm(len(seen)).split(ROWS):
-                    value = critic(torch.cat([seen[chosen], groups_seen[chosen]], 1))[:, 0]
-                    critic_loss = (value - returns[chosen]).square().mean()
-                    critic_adam.zero_grad()
-                    critic_loss.backward()
-                    critic_adam.step()
-                    if iteration <= 6:  # the critic first
-                        continue
-                    mean = actor(seen[chosen])
-                    away = (taken[chosen] - mean).square() - (taken[chosen] - old[chosen]).square()
-                    ratio = (-away.sum(1) / (2 * fresh**2)).clamp(-10, 10).exp()
-                    gain = torch.minimum(
-                        ratio * advantage[chosen], ratio.clamp(1 - CLIP, 1 + CLIP) * advantage[chosen]
-                    )
-                    difference = (mean - as_before[chosen]).square().sum(1)
-                    loss = (kept[chosen] * difference - gain).mean()
-                    actor_adam.zero_grad()
-                    loss.backward()
-                    nn.utils.clip_grad_norm_(actor.parameters(), 1.0)
-                    actor_adam.step()
-                    if epoch == EPOCHS - 1:
-                        sums = torch.zeros(len(parts)).index_add_(0, row_group[chosen], difference.detach())
-                        moved += sums.numpy()
-            falls = np.bincount(bipeds.group, weights=-rewards.sum(0)) / (rows_of * CONTROL_PERIOD_S)
-            moved /= rows_of
+            moved = learner.update(done, keep, critic_alone=iteration <= 6)
+            falls = np.bincount(bipeds.group, weights=-done.rewards.sum(0)) / seconds_of
             rows.writerow([iteration, round(time.monotonic() - began), *falls.round(4), *moved.round(6)])
             log.flush()
             told = ", ".join(f"{name} {fall:.3f}" for name, fall in zip(names, falls))
