@@ -1,0 +1,113 @@
+"""Contract: experiments/hardening/policy_gradient.py writes the controller that it has, bit for bit the one that it began with
+before it has learned, and refuses what is no mean of a network and its mirror image; its advantages are those of their
+definition, also where an episode ends or is cut off; what did better than expected becomes likelier, unless what the
+controller did before weighs more."""
+
+import csv
+import sys
+
+import numpy as np
+import pytest
+import torch
+from conftest import REPOSITORY, experiment_script
+from safetensors.torch import load_file, save_file
+
+import gaitshift
+
+ROBUST = REPOSITORY / "crates/gaitshift-experiment/controllers/robust.safetensors"
+
+
+@pytest.fixture(scope="module")
+def script():
+    return experiment_script("hardening/policy_gradient.py")
+
+
+@pytest.fixture
+def learner(script):
+    """Of a biped in each group."""
+    torch.manual_seed(1)
+    bipeds = script.Bipeds(ROBUST, script.groups(1.0, 1.0), 7, 0.5, np.random.default_rng(1))
+    return script.Learner(script.Actor(ROBUST), script.Actor(ROBUST).requires_grad_(False), bipeds, 1e-4, 0.15)
+
+
+def rollout(script, learner):
+    """One in which nothing happens."""
+    shape = (script.CONTROL_PERIODS, learner.bipeds.count)
+    observations = np.zeros((script.CONTROL_PERIODS + 1, learner.bipeds.count, 14), np.float32)
+    zeros = [np.zeros(shape, np.float32) for _ in range(3)]
+    return script.Rollout(observations, np.zeros((*shape, 2), np.float32), *zeros)
+
+
+def test_what_is_written_is_what_it_began_with(script, tmp_path):
+    path = tmp_path / "one.safetensors"
+    script.Actor(ROBUST).save(path, seed=4)
+    before, after = load_file(ROBUST), load_file(path)
+    assert before.keys() == after.keys()
+    assert all(torch.equal(before[name], after[name]) for name in before)
+    assert gaitshift.Controller.load(path).provenance["seed"] == 4
+
+
+def test_other_networks_are_refused(script, tmp_path):
+    with pytest.raises(SystemExit, match="no such file"):
+        script.Actor(tmp_path / "none.safetensors")
+    tensors = load_file(ROBUST)
+    tensors["layers.0.bias"][-1] += 1
+    path = tmp_path / "other.safetensors"
+    save_file(tensors, path, script.Actor(ROBUST).metadata)
+    with pytest.raises(SystemExit, match="mirror image"):
+        script.Actor(path)
+
+
+def test_advantages_are_those_of_their_definition(script, learner):
+    for parameter in learner.critic.parameters():
+        torch.nn.init.zeros_(parameter)
+    done = rollout(script, learner)
+    fell, cut = 50, 60
+    done.rewards[fell, 0] = -1
+    done.over[fell, 0] = done.over[cut, 1] = 1
+    done.cut_off[cut, 1] = -0.5
+    _, returns = learner.advantages(done)
+    returns = returns.reshape(script.CONTROL_PERIODS, learner.bipeds.count).numpy()
+    before = np.arange(script.CONTROL_PERIODS)
+    decay = script.GAMMA * script.LAMBDA
+    assert returns[:, 0] == pytest.approx(np.where(before <= fell, -(decay ** (fell - before.clip(max=fell))), 0), abs=1e-6)
+    expected = -0.5 * script.GAMMA * decay ** (cut - before.clip(max=cut))
+    assert returns[:, 1] == pytest.approx(np.where(before <= cut, expected, 0), abs=1e-6)
+    assert not returns[:, 2:].any()
+
+
+@pytest.mark.parametrize(("keep", "moves"), [(0.0, True), (1e4, False)])
+def test_what_did_better_becomes_likelier(script, learner, keep, moves):
+    done = rollout(script, learner)
+    observations = torch.zeros(1, 14)
+    with torch.no_grad():
+        before = learner.actor(observations)[0]
+    # Half of the bipeds pushed harder with the right leg and stayed up; the others fell at once.
+    done.actions[:] = before.numpy()
+    done.actions[:, ::2, 0] += 0.02
+    done.actions[:, 1::2, 0] -= 0.02
+    done.rewards[:, 1::2] = -1
+    done.over[:] = 1
+    learner.update(done, torch.full((learner.bipeds.count,), keep), critic_alone=True)
+    with torch.no_grad():
+        assert torch.equal(learner.actor(observations)[0], before), "the critic alone"
+    for _ in range(20):
+        moved = learner.update(done, torch.full((learner.bipeds.count,), keep), critic_alone=False)
+    with torch.no_grad():
+        change = float((learner.actor(observations)[0] - before)[0])
+    assert change > 0.03 if moves else abs(change) < 0.02, change
+    assert moved.shape == (7,)
+
+
+def test_a_run_writes_controllers_and_its_course(script, tmp_path, monkeypatch, program):
+    arguments = f"--controller {ROBUST} --out {tmp_path / 'pg'} --iterations 8 --bipeds 14"
+    monkeypatch.setattr(sys, "argv", ["policy_gradient.py", *arguments.split()])
+    script.main()
+    written = tmp_path / "pg" / "8.safetensors"
+    assert not torch.equal(load_file(written)["layers.0.weight"], load_file(ROBUST)["layers.0.weight"])
+    with (tmp_path / "pg" / "log.csv").open() as log:
+        rows = list(csv.DictReader(log))
+    assert [row["iteration"] for row in rows] == [str(k) for k in range(1, 9)]
+    assert all(float(row["moved forward"]) == 0 for row in rows[:6])
+    assert float(rows[-1]["moved forward"]) > 0
+    program("evaluate", "--controller", written, "--omega-v", 0, "--duration-s", 1)
