@@ -6,14 +6,14 @@ Exploration noise lasts for about 0.1 s, because noise that is new in every cont
 gradient is that of what is new in it. The actor is the mean of a network and its mirror image, so the controller to begin with
 must be one.
 
-Beside the controllers, OUT/log.csv has a row for each iteration: falls per second in each group of bipeds, and how far the
-actor is from the controller as it was (mean |Δa|²). Needs PyTorch and safetensors beside the package; an iteration takes about
-10 s of one core:
+Beside the controllers, OUT/log.csv has a row for each iteration: how far its update moved the actor (divergence, at most some
+0.02 for an update to be trusted), falls per second in each group of bipeds, and how far the actor is from the controller as it
+was (mean |Δa|²). Needs PyTorch and safetensors beside the package; an iteration takes about 10 s of one core:
 
     pip install torch safetensors
     robust=crates/gaitshift-experiment/controllers/robust.safetensors
     python experiments/hardening/policy_gradient.py --controller $robust --out out/pg
-    python experiments/hardening/falls.py robust out/pg/300.safetensors
+    python experiments/hardening/falls.py robust out/pg/400.safetensors
 """
 
 from __future__ import annotations
@@ -286,8 +286,9 @@ class Learner:
         flat = torch.from_numpy(advantages).flatten()
         return flat / (flat.std() + 1e-6), returns
 
-    def update(self, done: Rollout, keep: Tensor, critic_alone: bool) -> np.ndarray:
-        """Learns from a rollout; mean |Δa|² of each group to the controller as it was."""
+    def update(self, done: Rollout, keep: Tensor, critic_alone: bool) -> tuple[np.ndarray, float]:
+        """Learns from a rollout; mean |Δa|² of each group to the controller as it was, and how far the actor got by this
+        update (its Kullback-Leibler divergence)."""
         advantage, returns = self.advantages(done)
         seen = (torch.from_numpy(done.observations[:-1]) * self.actor.scale).reshape(-1, 14)
         taken = torch.from_numpy(done.actions).reshape(-1, 2)
@@ -296,7 +297,7 @@ class Learner:
         with torch.no_grad():
             old = torch.cat([self.actor(rows) for rows in seen.split(ROWS)])
             as_before = torch.cat([self.before(rows) for rows in seen.split(ROWS)])
-        moved = torch.zeros(len(self.bipeds.parts))
+        moved, divergence = torch.zeros(len(self.bipeds.parts)), 0.0
         for epoch in range(EPOCHS):
             for chosen in torch.randperm(len(seen)).split(ROWS):
                 value = self.critic(torch.cat([seen[chosen], which[chosen]], 1))[:, 0]
@@ -318,7 +319,9 @@ class Learner:
                 self.actor_adam.step()
                 if epoch == EPOCHS - 1:
                     moved.index_add_(0, group[chosen], difference.detach())
-        return (moved / torch.bincount(group)).numpy()
+                    step = (mean.detach() - old[chosen]).square().sum(1)
+                    divergence += float((step / (2 * variance[chosen])).sum()) / len(seen)
+        return (moved / torch.bincount(group)).numpy(), divergence
 
 
 def main() -> None:
@@ -329,7 +332,7 @@ def main() -> None:
     parser.add_argument("--iterations", type=int, default=400)
     parser.add_argument("--bipeds", type=int, default=1024)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--learning-rate", type=float, default=3e-4, help="at first; it falls to a fiftieth")
+    parser.add_argument("--learning-rate", type=float, default=1e-4, help="at first; it falls to a fiftieth")
     parser.add_argument("--noise", type=float, default=0.15, help="greatest deviation of exploration, of the greatest force")
     parser.add_argument("--keep", type=float, default=300.0, help="weight of the undisturbed motion as it was")
     parser.add_argument("--elsewhere", type=float, default=100.0, help="the same after pushes forward, not near ω_v = 0")
@@ -348,7 +351,8 @@ def main() -> None:
     with (arguments.out / "log.csv").open("a", newline="") as log:
         rows = csv.writer(log)
         names = [part.name for part in parts]
-        rows.writerow(["iteration", "elapsed_s", *(f"falls_per_s {n}" for n in names), *(f"moved {n}" for n in names)])
+        columns = [f"{what} {name}" for what in ("falls_per_s", "moved") for name in names]
+        rows.writerow(["iteration", "elapsed_s", "divergence", *columns])
         began = time.monotonic()
         for iteration in range(1, arguments.iterations + 1):
             share_left = 1 - iteration / arguments.iterations
@@ -356,9 +360,10 @@ def main() -> None:
             keep = bipeds.keep()
             done = learner.rollout()
             bipeds.change_commands()
-            moved = learner.update(done, keep, critic_alone=iteration <= 6)
+            moved, divergence = learner.update(done, keep, critic_alone=iteration <= 6)
             falls = np.bincount(bipeds.group, weights=-done.rewards.sum(0)) / seconds_of
-            rows.writerow([iteration, round(time.monotonic() - began), *falls.round(4), *moved.round(6)])
+            elapsed_s = round(time.monotonic() - began)
+            rows.writerow([iteration, elapsed_s, round(divergence, 5), *falls.round(4), *moved.round(6)])
             log.flush()
             told = ", ".join(f"{name} {fall:.3f}" for name, fall in zip(names, falls))
             print(f"iteration {iteration} of {arguments.iterations}, falls per s: {told}", flush=True)

@@ -92,11 +92,12 @@ def test_what_did_better_becomes_likelier(script, learner, keep, moves):
     with torch.no_grad():
         assert torch.equal(learner.actor(observations)[0], before), "the critic alone"
     for _ in range(20):
-        moved = learner.update(done, torch.full((learner.bipeds.count,), keep), critic_alone=False)
+        moved, divergence = learner.update(done, torch.full((learner.bipeds.count,), keep), critic_alone=False)
     with torch.no_grad():
         change = float((learner.actor(observations)[0] - before)[0])
     assert change > 0.03 if moves else abs(change) < 0.02, change
     assert moved.shape == (7,)
+    assert divergence > 0
 
 
 def test_a_run_writes_controllers_and_its_course(script, tmp_path, monkeypatch, program):
