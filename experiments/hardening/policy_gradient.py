@@ -224,11 +224,16 @@ class Bipeds:
 class Rollout:
     """What all bipeds did in an iteration, control period by control period."""
 
-    observations: np.ndarray  # one more at the end
+    observations: np.ndarray  # scaled, one more at the end
     actions: np.ndarray  # without what remains of the noise before, which no gradient goes through
     rewards: np.ndarray
     over: np.ndarray
     cut_off: np.ndarray  # the critic's value where an episode was cut off
+
+    @classmethod
+    def zeros(cls, count: int) -> Rollout:
+        shapes = [(CONTROL_PERIODS + 1, count, 14), (CONTROL_PERIODS, count, 2), *[(CONTROL_PERIODS, count)] * 3]
+        return cls(*(np.zeros(shape, np.float32) for shape in shapes))
 
 
 class Learner:
@@ -249,14 +254,12 @@ class Learner:
         self.noise = np.zeros((bipeds.count, 2), np.float32)
 
     def rollout(self) -> Rollout:
-        bipeds, shape = self.bipeds, (CONTROL_PERIODS, self.bipeds.count)
-        observations = np.zeros((CONTROL_PERIODS + 1, bipeds.count, 14), np.float32)
-        rewards, over, cut_off = (np.zeros(shape, np.float32) for _ in range(3))
-        done = Rollout(observations, np.zeros((*shape, 2), np.float32), rewards, over, cut_off)
+        bipeds, scale = self.bipeds, self.actor.scale.numpy()
+        done = Rollout.zeros(bipeds.count)
         for period in range(CONTROL_PERIODS):
-            done.observations[period] = bipeds.observations
+            done.observations[period] = bipeds.observations * scale
             with torch.no_grad():
-                mean = self.actor(torch.from_numpy(bipeds.observations) * self.actor.scale).numpy()
+                mean = self.actor(torch.from_numpy(done.observations[period])).numpy()
             new = self.fresh * bipeds.rng.standard_normal(mean.shape, dtype=np.float32)
             done.actions[period] = mean + new
             self.noise = NOISE_LASTS * self.noise + new
@@ -265,16 +268,16 @@ class Learner:
             done.rewards[period] = -fell.astype(np.float32)
             for biped, final in last.items():
                 with torch.no_grad():
-                    seen = torch.from_numpy(final.astype(np.float32)) * self.actor.scale
+                    seen = torch.from_numpy(final.astype(np.float32) * scale)
                     done.cut_off[period, biped] = self.critic(torch.cat([seen, self.which[biped]])).item()
-        done.observations[CONTROL_PERIODS] = bipeds.observations
+        done.observations[CONTROL_PERIODS] = bipeds.observations * scale
         return done
 
     def advantages(self, done: Rollout) -> tuple[Tensor, Tensor]:
         """Generalized advantage estimates, and the returns that the critic is to learn; a row for each action."""
-        scaled = torch.from_numpy(done.observations) * self.actor.scale
+        seen = torch.from_numpy(done.observations)
         with torch.no_grad():
-            values = torch.stack([self.critic(torch.cat([row, self.which], 1))[:, 0] for row in scaled]).numpy()
+            values = torch.stack([self.critic(torch.cat([rows, self.which], 1))[:, 0] for rows in seen]).numpy()
         advantages = np.zeros_like(done.rewards)
         following = np.zeros(self.bipeds.count, np.float32)
         for period in reversed(range(CONTROL_PERIODS)):
@@ -290,7 +293,7 @@ class Learner:
         """Learns from a rollout; mean |Δa|² of each group to the controller as it was, and how far the actor got by this
         update (its Kullback-Leibler divergence)."""
         advantage, returns = self.advantages(done)
-        seen = (torch.from_numpy(done.observations[:-1]) * self.actor.scale).reshape(-1, 14)
+        seen = torch.from_numpy(done.observations[:-1]).reshape(-1, 14)
         taken = torch.from_numpy(done.actions).reshape(-1, 2)
         keep, group, which = (rows.repeat(CONTROL_PERIODS, *[1] * (rows.dim() - 1)) for rows in (keep, self.group, self.which))
         variance = torch.from_numpy(self.fresh[:, 0] ** 2).repeat(CONTROL_PERIODS)

@@ -30,14 +30,6 @@ def learner(script):
     return script.Learner(script.Actor(ROBUST), script.Actor(ROBUST).requires_grad_(False), bipeds, 1e-4, 0.15)
 
 
-def rollout(script, learner):
-    """One in which nothing happens."""
-    shape = (script.CONTROL_PERIODS, learner.bipeds.count)
-    observations = np.zeros((script.CONTROL_PERIODS + 1, learner.bipeds.count, 14), np.float32)
-    zeros = [np.zeros(shape, np.float32) for _ in range(3)]
-    return script.Rollout(observations, np.zeros((*shape, 2), np.float32), *zeros)
-
-
 def test_what_is_written_is_what_it_began_with(script, tmp_path):
     path = tmp_path / "one.safetensors"
     script.Actor(ROBUST).save(path, seed=4)
@@ -61,7 +53,7 @@ def test_other_networks_are_refused(script, tmp_path):
 def test_advantages_are_those_of_their_definition(script, learner):
     for parameter in learner.critic.parameters():
         torch.nn.init.zeros_(parameter)
-    done = rollout(script, learner)
+    done = script.Rollout.zeros(learner.bipeds.count)
     fell, cut = 50, 60
     done.rewards[fell, 0] = -1
     done.over[fell, 0] = done.over[cut, 1] = 1
@@ -78,7 +70,7 @@ def test_advantages_are_those_of_their_definition(script, learner):
 
 @pytest.mark.parametrize(("keep", "moves"), [(0.0, True), (1e4, False)])
 def test_what_did_better_becomes_likelier(script, learner, keep, moves):
-    done = rollout(script, learner)
+    done = script.Rollout.zeros(learner.bipeds.count)
     observations = torch.zeros(1, 14)
     with torch.no_grad():
         before = learner.actor(observations)[0]
