@@ -4,7 +4,7 @@ use crate::CommandProfile;
 use crate::criteria::{AskedChange, AskedGait, Criteria};
 use crate::rollout::Rollout;
 use crate::simulation::Control;
-use gaitshift_analysis::recording::RowError;
+use gaitshift_analysis::recording::{Recording, RowError};
 use gaitshift_analysis::{
     AnalysisOptions, GaitClass, GaitSummary, TransitionOptions, TransitionSummary, summarise,
     summarise_transition,
@@ -249,26 +249,11 @@ pub fn judge_from(
         checks: Vec::new(),
     };
     for change in &c.changes {
-        let AskedChange {
-            from,
-            to,
-            phases,
-            ramp_s,
-            steady_s,
-        } = *change;
-        let mut tries = Vec::new();
-        // A motion that does not last has no phases from which to change.
-        if let Some(steady) = judgement.row(from).filter(|s| !s.fell) {
-            let stride_s = steady.step_frequency_hz.map_or(1.0, |f| 2.0 / f);
-            for phase in 0..phases {
-                let start_s = steady_s + stride_s * phase as f64 / phases as f64;
-                let end_s = start_s + ramp_s;
-                let profile = CommandProfile::ramp(from, to, start_s, ramp_s);
-                let recording = run(&profile, end_s + steady_s)?;
-                let options = TransitionOptions::default();
-                tries.push(summarise_transition(&recording, start_s, end_s, &options));
-            }
-        }
+        let AskedChange { from, to, .. } = *change;
+        let tries = match judgement.row(from) {
+            Some(steady) => tries_of_change(change, steady, &mut run)?,
+            None => Vec::new(),
+        };
         if let (Some(before), Some(after)) = (c.gait_at(from), c.gait_at(to)) {
             judgement.changes.push(TriedChange {
                 from,
@@ -280,6 +265,39 @@ pub fn judge_from(
     }
     judgement.checks = checks(&judgement, c);
     Ok(judgement)
+}
+
+/// A change of gait begun at each of its phases of the stride, after the motion `steady` at its first command. A motion that falls has
+/// no phases from which to change. `record` follows a command for so long, in s.
+///
+/// # Errors
+/// As `record`.
+pub fn tries_of_change<E>(
+    change: &AskedChange,
+    steady: &GaitSummary,
+    mut record: impl FnMut(&CommandProfile, f64) -> Result<Recording, E>,
+) -> Result<Vec<TransitionSummary>, E> {
+    if steady.fell {
+        return Ok(Vec::new());
+    }
+    let AskedChange {
+        from,
+        to,
+        phases,
+        ramp_s,
+        steady_s,
+    } = *change;
+    let stride_s = steady.step_frequency_hz.map_or(1.0, |f| 2.0 / f);
+    (0..phases)
+        .map(|phase| {
+            let start_s = steady_s + stride_s * phase as f64 / phases as f64;
+            let end_s = start_s + ramp_s;
+            let profile = CommandProfile::ramp(from, to, start_s, ramp_s);
+            let recording = record(&profile, end_s + steady_s)?;
+            let options = TransitionOptions::default();
+            Ok(summarise_transition(&recording, start_s, end_s, &options))
+        })
+        .collect()
 }
 
 /// What was measured of a motion; of one that does not last it says nothing.

@@ -28,7 +28,9 @@ mod tensors;
 mod training;
 mod training_error;
 
-pub use acceptance::{Check, Judgement, SteadyMotion, TriedChange, judge, judge_from};
+pub use acceptance::{
+    Check, Judgement, SteadyMotion, TriedChange, judge, judge_from, tries_of_change,
+};
 pub use config::{
     ConfigError, Experiment, RECIPES, Symmetry, TrainingParameters, WarmStart, did_you_mean,
     load_body_overrides, load_disturbance, set_body_and_task,

@@ -4,11 +4,8 @@ use super::motions::{record, steady_motion};
 use super::plan::Plan;
 use crate::{ReportError, Subject};
 use gaitshift_analysis::recording::Recording;
-use gaitshift_analysis::{
-    AnalysisOptions, GaitClass, TransitionOptions, TransitionSummary, summarise,
-    summarise_transition,
-};
-use gaitshift_experiment::CommandProfile;
+use gaitshift_analysis::{AnalysisOptions, GaitClass, TransitionSummary, summarise};
+use gaitshift_experiment::{AskedChange, tries_of_change};
 use serde::{Deserialize, Serialize};
 
 /// Time that a change of gait is recorded before the command changes and after, in s.
@@ -51,21 +48,17 @@ pub(super) fn changes_by_phase(
     [from, to]: [f64; 2],
 ) -> Result<Vec<Change>, ReportError> {
     let steady = steady_motion(subject, from, 2.0 * AROUND_S)?.summary;
-    if steady.fell {
-        return Ok(Vec::new());
-    }
-    let stride_s = steady.step_frequency_hz.map_or(1.0, |f| 2.0 / f);
-    (0..plan.phases)
-        .map(|phase| {
-            let start_s = AROUND_S + stride_s * phase as f64 / plan.phases as f64;
-            let end_s = start_s + plan.ramp_s;
-            let profile = CommandProfile::ramp(from, to, start_s, plan.ramp_s);
-            let recording = record(subject, &profile, end_s + AROUND_S, None)?;
-            let options = TransitionOptions::default();
-            let summary = summarise_transition(&recording, start_s, end_s, &options);
-            Ok(Change::of(&summary))
-        })
-        .collect()
+    let change = AskedChange {
+        from,
+        to,
+        phases: plan.phases,
+        ramp_s: plan.ramp_s,
+        steady_s: AROUND_S,
+    };
+    let tries = tries_of_change(&change, &steady, |profile, duration_s| {
+        record(subject, profile, duration_s, None)
+    })?;
+    Ok(tries.iter().map(Change::of).collect())
 }
 
 /// The gait of each part of a walk, run and walk, the settling after each ramp left out.
