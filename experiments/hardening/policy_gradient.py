@@ -45,6 +45,7 @@ OBSERVATION_MIRROR = [0, 1, 2, 5, 6, 3, 4, 9, 10, 7, 8, 12, 11, 13]
 ACTION_MIRROR = [1, 0]
 OMEGA_V = 13  # its place among the observations
 NEAR_ZERO = 0.4  # rad/s, of a command; beyond it search has done what can be done about pushes forward
+AT_SPEED = 2.5  # rad/s, the least command at which `--at-speed-like` is imitated
 LEAST_NOISE, NOISE_LASTS = 0.02, 0.9  # standard deviation; what remains of the noise in the next control period
 
 
@@ -57,6 +58,7 @@ class Group:
     randomization: dict[str, Any] | None
     keep: float  # weight of what the controller did before
     elsewhere: float  # the same at commands beyond NEAR_ZERO
+    forward: bool = False  # whether pushed forward, so that `--at-speed-like` is imitated at speed
     strongly: bool = True
 
 
@@ -90,10 +92,10 @@ def groups(keep: float, elsewhere: float) -> list[Group]:
     return [
         Group("undisturbed", 0.08, None, keep, keep, strongly=False),
         Group("weak", 0.17, WEAK, 10.0, 10.0, strongly=False),
-        Group("forward", 0.30, pushed(forward_n=(200, 360)), 0.05, elsewhere),
+        Group("forward", 0.30, pushed(forward_n=(200, 360)), 0.05, elsewhere, forward=True),
         Group("backward", 0.20, pushed(forward_n=(-360, -100)), 0.05, 0.05),
         Group("down", 0.10, pushed(up_n=(-360, -50)), 0.05, 0.05),
-        Group("any direction", 0.10, any_direction, 0.05, elsewhere),
+        Group("any direction", 0.10, any_direction, 0.05, elsewhere, forward=True),
         Group("steps up", 0.05, STEPS_UP, 0.05, 0.05),
     ]
 
@@ -239,8 +241,9 @@ class Rollout:
 class Learner:
     """The actor, the critic, which also knows the group, and the noise."""
 
-    def __init__(self, actor: Actor, before: Actor, bipeds: Bipeds, rate: float, noise: float) -> None:
-        self.actor, self.before, self.bipeds = actor, before, bipeds
+    def __init__(self, actor: Actor, before: Actor, at_speed: Actor, bipeds: Bipeds, rate: float, noise: float) -> None:
+        self.actor, self.before, self.at_speed, self.bipeds = actor, before, at_speed, bipeds
+        self.forward = torch.tensor([part.forward for part in bipeds.parts])
         self.group = torch.from_numpy(bipeds.group)
         self.which = nn.functional.one_hot(self.group, len(bipeds.parts)).float()
         self.critic = nn.Sequential(
@@ -273,6 +276,11 @@ class Learner:
         done.observations[CONTROL_PERIODS] = bipeds.observations * scale
         return done
 
+    def to_imitate(self, seen: Tensor, group: Tensor) -> Tensor:
+        """What is imitated: the controller as it was, at speed after pushes forward the other one."""
+        other = self.forward[group] & (seen[:, OMEGA_V] > AT_SPEED * self.actor.scale[OMEGA_V])
+        return torch.where(other[:, None], self.at_speed(seen), self.before(seen))
+
     def advantages(self, done: Rollout) -> tuple[Tensor, Tensor]:
         """Generalized advantage estimates, and the returns that the critic is to learn; a row for each action."""
         seen = torch.from_numpy(done.observations)
@@ -290,7 +298,7 @@ class Learner:
         return flat / (flat.std() + 1e-6), returns
 
     def update(self, done: Rollout, keep: Tensor, critic_alone: bool) -> tuple[np.ndarray, float]:
-        """Learns from a rollout; mean |Δa|² of each group to the controller as it was, and how far the actor got by this
+        """Learns from a rollout; mean |Δa|² of each group to what is imitated, and how far the actor got by this
         update (its Kullback-Leibler divergence)."""
         advantage, returns = self.advantages(done)
         seen = torch.from_numpy(done.observations[:-1]).reshape(-1, 14)
@@ -299,7 +307,8 @@ class Learner:
         variance = torch.from_numpy(self.fresh[:, 0] ** 2).repeat(CONTROL_PERIODS)
         with torch.no_grad():
             old = torch.cat([self.actor(rows) for rows in seen.split(ROWS)])
-            as_before = torch.cat([self.before(rows) for rows in seen.split(ROWS)])
+            parts = zip(seen.split(ROWS), group.split(ROWS))
+            imitated = torch.cat([self.to_imitate(rows, of) for rows, of in parts])
         moved, divergence = torch.zeros(len(self.bipeds.parts)), 0.0
         for epoch in range(EPOCHS):
             for chosen in torch.randperm(len(seen)).split(ROWS):
@@ -314,7 +323,7 @@ class Learner:
                 away = (taken[chosen] - mean).square() - (taken[chosen] - old[chosen]).square()
                 ratio = (-away.sum(1) / (2 * variance[chosen])).clamp(-10, 10).exp()
                 gain = torch.minimum(ratio * advantage[chosen], ratio.clamp(1 - CLIP, 1 + CLIP) * advantage[chosen])
-                difference = (mean - as_before[chosen]).square().sum(1)
+                difference = (mean - imitated[chosen]).square().sum(1)
                 loss = (keep[chosen] * difference - gain).mean()
                 self.actor_adam.zero_grad()
                 loss.backward()
@@ -339,6 +348,7 @@ def main() -> None:
     parser.add_argument("--noise", type=float, default=0.15, help="greatest deviation of exploration, of the greatest force")
     parser.add_argument("--keep", type=float, default=300.0, help="weight of the undisturbed motion as it was")
     parser.add_argument("--elsewhere", type=float, default=100.0, help="the same after pushes forward, not near ω_v = 0")
+    parser.add_argument("--at-speed-like", type=Path, help=f"controller to imitate there at ω_v > {AT_SPEED:g}")
     parser.add_argument("--at-zero", type=float, default=0.65, help="share of the strongly disturbed at or near ω_v = 0")
     arguments = parser.parse_args()
 
@@ -348,7 +358,8 @@ def main() -> None:
     parts = groups(arguments.keep, arguments.elsewhere)
     bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng)
     actor, before = Actor(arguments.begin or arguments.controller), Actor(arguments.controller).requires_grad_(False)
-    learner = Learner(actor, before, bipeds, arguments.learning_rate, arguments.noise)
+    at_speed = Actor(arguments.at_speed_like or arguments.controller).requires_grad_(False)
+    learner = Learner(actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise)
     seconds_of = CONTROL_PERIODS * CONTROL_PERIOD_S * np.bincount(bipeds.group)  # a group's in an iteration
     arguments.out.mkdir(parents=True, exist_ok=True)
     with (arguments.out / "log.csv").open("a", newline="") as log:

@@ -1,7 +1,7 @@
 """Contract: experiments/hardening/policy_gradient.py writes the controller that it has, bit for bit the one that it began with
 before it has learned, and refuses what is no mean of a network and its mirror image; its advantages are those of their
 definition, also where an episode ends or is cut off; what did better than expected becomes likelier, unless what the
-controller did before weighs more."""
+controller did before weighs more; a second controller is imitated at speed after pushes forward, and nowhere else."""
 
 import csv
 import sys
@@ -27,7 +27,9 @@ def learner(script):
     """Of a biped in each group."""
     torch.manual_seed(1)
     bipeds = script.Bipeds(ROBUST, script.groups(1.0, 1.0), 7, 0.5, np.random.default_rng(1))
-    return script.Learner(script.Actor(ROBUST), script.Actor(ROBUST).requires_grad_(False), bipeds, 1e-4, 0.15)
+    before, at_speed = (script.Actor(ROBUST).requires_grad_(False) for _ in range(2))
+    at_speed.layers[-1].bias[0] += 1
+    return script.Learner(script.Actor(ROBUST), before, at_speed, bipeds, 1e-4, 0.15)
 
 
 def test_what_is_written_is_what_it_began_with(script, tmp_path):
@@ -48,6 +50,15 @@ def test_other_networks_are_refused(script, tmp_path):
     save_file(tensors, path, script.Actor(ROBUST).metadata)
     with pytest.raises(SystemExit, match="mirror image"):
         script.Actor(path)
+
+
+def test_the_other_controller_is_imitated_at_speed_after_pushes_forward_alone(script, learner):
+    groups = torch.arange(7).repeat_interleave(2)
+    seen = torch.zeros(14, 14)
+    seen[:, script.OMEGA_V] = torch.tensor([2.4, 2.6]).repeat(7) * learner.actor.scale[script.OMEGA_V]
+    other = (learner.to_imitate(seen, groups) - learner.before(seen)).abs().sum(1) > 0
+    forward = [part.name in ("forward", "any direction") for part in learner.bipeds.parts]
+    assert other.tolist() == [at_speed for pushed in forward for at_speed in (False, pushed)]
 
 
 def test_advantages_are_those_of_their_definition(script, learner):
