@@ -11,19 +11,23 @@ use std::path::Path;
 fn what_comes_with_the_program_is_what_training_or_hardening_wrote() {
     // What went wrong: the shipped controller was a mean of three that a hand had chosen, and its file did not say so.
     let commands = [
-        ("shipped", "fast", "gaitshift train fast --threads 1"),
+        ("shipped", "fast", 1, "gaitshift train fast --threads 1"),
         (
             "robust",
             "robust",
-            "gaitshift harden --controller runs/robust-1 --omega-v 0,1,2,3 --pushes 160 --out runs/robust-1-hardened",
+            6,
+            "python experiments/hardening/policy_gradient.py \
+             --controller controllers/robust/by-policy-gradients.safetensors \
+             --at-speed-like controllers/robust/searched-from-the-push-on.safetensors \
+             --at-zero 0.4 --seed 6 --iterations 300 --out out/pg-f1",
         ),
     ];
     assert!(Controller::names().eq(commands.map(|(name, ..)| name)));
-    for (name, recipe, command) in commands {
+    for (name, recipe, seed, command) in commands {
         let provenance = Controller::read(Path::new(name)).unwrap().provenance;
         assert_eq!(
             (provenance.experiment.as_str(), provenance.seed),
-            (recipe, 1)
+            (recipe, seed)
         );
         assert_eq!(provenance.command, command);
         assert!(provenance.edits.is_empty());
