@@ -7,8 +7,8 @@ gradient is that of what is new in it. The actor is the mean of a network and it
 must be one.
 
 Beside the controllers, OUT/log.csv has a row for each iteration: how far its update moved the actor (divergence, at most some
-0.02 for an update to be trusted), falls per second in each group of bipeds, and how far the actor is from the controller as it
-was (mean |Δa|²). Needs PyTorch and safetensors beside the package; an iteration takes about 10 s of one core:
+0.02 for an update to be trusted), falls per second in each group of bipeds, and how far the actor is from what it imitates
+(mean |Δa|²). Needs PyTorch and safetensors beside the package; an iteration takes about 10 s of one core:
 
     pip install torch safetensors
     robust=crates/gaitshift-experiment/controllers/robust.safetensors
@@ -279,7 +279,9 @@ class Learner:
     def to_imitate(self, seen: Tensor, group: Tensor) -> Tensor:
         """What is imitated: the controller as it was, at speed after pushes forward the other one."""
         other = self.forward[group] & (seen[:, OMEGA_V] > AT_SPEED * self.actor.scale[OMEGA_V])
-        return torch.where(other[:, None], self.at_speed(seen), self.before(seen))
+        imitated = self.before(seen)
+        imitated[other] = self.at_speed(seen[other])
+        return imitated
 
     def advantages(self, done: Rollout) -> tuple[Tensor, Tensor]:
         """Generalized advantage estimates, and the returns that the critic is to learn; a row for each action."""
