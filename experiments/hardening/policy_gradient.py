@@ -83,6 +83,16 @@ WEAK = {
     "pushes": {"interval_s": 3.0, "forward_n": (-150, 150), "up_n": (-150, 150), "duration_s": (0.1, 0.1)},
     "terrain": {"slope_rad": (-0.06, 0.06), "steps": {"height_m": (-0.03, 0.03)}},
 }
+SEGMENTS = (
+    *(f"{name}_mass_kg" for name in ("hip", "thigh", "tibia", "foot")),
+    *(f"{name}_inertia_kg_m2" for name in ("hip", "thigh", "tibia", "foot")),
+    *(f"{name}_distance_m" for name in ("thigh", "tibia")),
+)
+# A foot's centre of mass further out would lie below the sole.
+OTHER_BODIES = {
+    "body": {**dict.fromkeys(SEGMENTS, (0.8, 1.2)), "foot_distance_m": (0.8, 1.05)},
+    "hip_com_height_m": (-0.1, 0.05),
+}
 STEPS_UP = {"terrain": {"steps": {"height_m": (0.005, 0.035), "spacing_m": (1.5, 3.0)}}}
 
 
@@ -91,10 +101,11 @@ def groups(keep: float, elsewhere: float) -> list[Group]:
     any_direction = pushed(forward_n=(-300, 300), up_n=(-300, 300))
     return [
         Group("undisturbed", 0.08, None, keep, keep, strongly=False),
-        Group("weak", 0.17, WEAK, 10.0, 10.0, strongly=False),
-        Group("forward", 0.30, pushed(forward_n=(200, 360)), 0.05, elsewhere, forward=True),
-        Group("backward", 0.20, pushed(forward_n=(-360, -100)), 0.05, 0.05),
-        Group("down", 0.10, pushed(up_n=(-360, -50)), 0.05, 0.05),
+        Group("weak", 0.15, WEAK, 10.0, 10.0, strongly=False),
+        Group("other bodies", 0.20, OTHER_BODIES, 0.05, 0.05, strongly=False),
+        Group("forward", 0.22, pushed(forward_n=(200, 360)), 0.05, elsewhere, forward=True),
+        Group("backward", 0.13, pushed(forward_n=(-360, -100)), 0.05, 0.05),
+        Group("down", 0.07, pushed(up_n=(-360, -50)), 0.05, 0.05),
         Group("any direction", 0.10, any_direction, 0.05, elsewhere, forward=True),
         Group("steps up", 0.05, STEPS_UP, 0.05, 0.05),
     ]

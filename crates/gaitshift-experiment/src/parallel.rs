@@ -21,11 +21,23 @@ pub(crate) fn in_parallel<T: Send>(
             results.lock().unwrap_or_else(|e| e.into_inner())[index] = Some(result);
         }
     };
-    std::thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, tasks.max(1)) {
-            scope.spawn(work);
-        }
-    });
+    with_team(threads.min(tasks), work);
     let results = results.into_inner().unwrap_or_else(|e| e.into_inner());
     results.into_iter().flatten().collect()
+}
+
+/// Does the work on up to so many threads at once, the calling one among them. Where the system refuses a thread they are
+/// fewer, so the work must be done when any one of them returns.
+pub(crate) fn with_team(threads: usize, work: impl Fn() + Sync) {
+    std::thread::scope(|scope| {
+        for _ in 1..threads {
+            if std::thread::Builder::new()
+                .spawn_scoped(scope, &work)
+                .is_err()
+            {
+                break;
+            }
+        }
+        work();
+    });
 }

@@ -12,6 +12,7 @@ pub use table::{Estimate, EvaluationSummary, SweepTable, TrialSummary, VariantSu
 
 use crate::config::{ConfigError, Experiment, did_you_mean, overlay, read};
 use crate::durable;
+use crate::parallel::with_team;
 use crate::provenance::portable_command;
 use crate::run_folder::{RunFolder, is_finished};
 use crate::seeds::{GREATEST, listed};
@@ -318,11 +319,7 @@ impl Sweep {
                 }
             }
         };
-        std::thread::scope(|scope| {
-            for _ in 0..jobs.clamp(1, self.trials.len().max(1)) {
-                scope.spawn(work);
-            }
-        });
+        with_team(jobs.min(self.trials.len()), work);
         match outcome.into_inner().unwrap_or_else(|e| e.into_inner()) {
             (_, Some(error)) => Err(error),
             (report, None) => Ok(report),

@@ -53,9 +53,10 @@ def test_other_networks_are_refused(script, tmp_path):
 
 
 def test_the_other_controller_is_imitated_at_speed_after_pushes_forward_alone(script, learner):
-    groups = torch.arange(7).repeat_interleave(2)
-    seen = torch.zeros(14, 14)
-    seen[:, script.OMEGA_V] = torch.tensor([2.4, 2.6]).repeat(7) * learner.actor.scale[script.OMEGA_V]
+    count = len(learner.bipeds.parts)
+    groups = torch.arange(count).repeat_interleave(2)
+    seen = torch.zeros(2 * count, 14)
+    seen[:, script.OMEGA_V] = torch.tensor([2.4, 2.6]).repeat(count) * learner.actor.scale[script.OMEGA_V]
     other = (learner.to_imitate(seen, groups) - learner.before(seen)).abs().sum(1) > 0
     forward = [part.name in ("forward", "any direction") for part in learner.bipeds.parts]
     assert other.tolist() == [at_speed for pushed in forward for at_speed in (False, pushed)]
@@ -99,7 +100,7 @@ def test_what_did_better_becomes_likelier(script, learner, keep, moves):
     with torch.no_grad():
         change = float((learner.actor(observations)[0] - before)[0])
     assert change > 0.03 if moves else abs(change) < 0.02, change
-    assert moved.shape == (7,)
+    assert moved.shape == (len(learner.bipeds.parts),)
     assert divergence > 0
 
 
