@@ -37,7 +37,7 @@ from gaitshift.vector import PassiveBipedVectorEnv
 
 CONTROL_PERIODS = 128  # of a biped in an iteration
 CONTROL_PERIOD_S = 0.01  # of `robust`
-GAMMA, LAMBDA = 0.995, 0.95  # a horizon of 2 s
+GAMMA, LAMBDA = 0.998, 0.97  # a horizon of 5 s
 CLIP = 0.2
 EPOCHS, ROWS = 3, 16384
 # Right and left exchanged.
@@ -89,10 +89,7 @@ SEGMENTS = (
     *(f"{name}_distance_m" for name in ("thigh", "tibia")),
 )
 # A foot's centre of mass further out would lie below the sole.
-OTHER_BODIES = {
-    "body": {**dict.fromkeys(SEGMENTS, (0.8, 1.2)), "foot_distance_m": (0.8, 1.05)},
-    "hip_com_height_m": (-0.1, 0.05),
-}
+OTHER_BODY = {**dict.fromkeys(SEGMENTS, (0.8, 1.2)), "foot_distance_m": (0.8, 1.05)}
 STEPS_UP = {"terrain": {"steps": {"height_m": (0.005, 0.035), "spacing_m": (1.5, 3.0)}}}
 
 
@@ -102,7 +99,8 @@ def groups(keep: float, elsewhere: float) -> list[Group]:
     return [
         Group("undisturbed", 0.08, None, keep, keep, strongly=False),
         Group("weak", 0.15, WEAK, 10.0, 10.0, strongly=False),
-        Group("other bodies", 0.20, OTHER_BODIES, 0.05, 0.05, strongly=False),
+        Group("other bodies", 0.15, {"body": OTHER_BODY, "hip_com_height_m": (-0.1, 0.0)}, 0.05, 0.05, strongly=False),
+        Group("raised mass", 0.25, {"body": OTHER_BODY, "hip_com_height_m": (0.0, 0.07)}, 0.05, 0.05, strongly=False),
         Group("forward", 0.22, pushed(forward_n=(200, 360)), 0.05, elsewhere, forward=True),
         Group("backward", 0.13, pushed(forward_n=(-360, -100)), 0.05, 0.05),
         Group("down", 0.07, pushed(up_n=(-360, -50)), 0.05, 0.05),
