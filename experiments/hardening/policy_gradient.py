@@ -44,8 +44,8 @@ EPOCHS, ROWS = 3, 16384
 OBSERVATION_MIRROR = [0, 1, 2, 5, 6, 3, 4, 9, 10, 7, 8, 12, 11, 13]
 ACTION_MIRROR = [1, 0]
 OMEGA_V = 13  # its place among the observations
-NEAR_ZERO = 0.4  # rad/s, of a command; beyond it search has done what can be done about pushes forward
-AT_SPEED = 2.5  # rad/s, the least command at which `--at-speed-like` is imitated
+NEAR_ZERO = 0.4  # s/m, of a command; beyond it search has done what can be done about pushes forward
+AT_SPEED = 2.5  # s/m, the least command at which `--at-speed-like` is imitated
 LEAST_NOISE, NOISE_LASTS = 0.02, 0.9  # standard deviation; what remains of the noise in the next control period
 
 
@@ -93,18 +93,19 @@ OTHER_BODY = {**dict.fromkeys(SEGMENTS, (0.8, 1.2)), "foot_distance_m": (0.8, 1.
 STEPS_UP = {"terrain": {"steps": {"height_m": (0.005, 0.035), "spacing_m": (1.5, 3.0)}}}
 
 
-def groups(keep: float, elsewhere: float) -> list[Group]:
-    """Who meets what; `keep` is the weight on flat ground, undisturbed, `elsewhere` after pushes forward beyond NEAR_ZERO."""
+def groups(keep: float, elsewhere: float, near_zero: float) -> list[Group]:
+    """Who meets what; `keep` is the weight on flat ground, undisturbed, `elsewhere` after pushes forward beyond NEAR_ZERO,
+    `near_zero` after pushes forward and backward within it."""
     any_direction = pushed(forward_n=(-300, 300), up_n=(-300, 300))
     return [
         Group("undisturbed", 0.08, None, keep, keep, strongly=False),
         Group("weak", 0.15, WEAK, 10.0, 10.0, strongly=False),
         Group("other bodies", 0.15, {"body": OTHER_BODY, "hip_com_height_m": (-0.1, 0.0)}, 0.05, 0.05, strongly=False),
         Group("raised mass", 0.25, {"body": OTHER_BODY, "hip_com_height_m": (0.0, 0.07)}, 0.05, 0.05, strongly=False),
-        Group("forward", 0.22, pushed(forward_n=(200, 360)), 0.05, elsewhere, forward=True),
-        Group("backward", 0.13, pushed(forward_n=(-360, -100)), 0.05, 0.05),
+        Group("forward", 0.22, pushed(forward_n=(200, 360)), near_zero, elsewhere, forward=True),
+        Group("backward", 0.13, pushed(forward_n=(-360, -100)), near_zero, 0.05),
         Group("down", 0.07, pushed(up_n=(-360, -50)), 0.05, 0.05),
-        Group("any direction", 0.10, any_direction, 0.05, elsewhere, forward=True),
+        Group("any direction", 0.10, any_direction, near_zero, elsewhere, forward=True),
         Group("steps up", 0.05, STEPS_UP, 0.05, 0.05),
     ]
 
@@ -359,6 +360,7 @@ def main() -> None:
     parser.add_argument("--noise", type=float, default=0.15, help="greatest deviation of exploration, of the greatest force")
     parser.add_argument("--keep", type=float, default=300.0, help="weight of the undisturbed motion as it was")
     parser.add_argument("--elsewhere", type=float, default=100.0, help="the same after pushes forward, not near ω_v = 0")
+    parser.add_argument("--near-zero", type=float, default=0.05, help="the same after any pushes near ω_v = 0")
     parser.add_argument("--at-speed-like", type=Path, help=f"controller to imitate there at ω_v > {AT_SPEED:g}")
     parser.add_argument("--at-zero", type=float, default=0.65, help="share of the strongly disturbed at or near ω_v = 0")
     arguments = parser.parse_args()
@@ -366,7 +368,7 @@ def main() -> None:
     torch.set_num_threads(1)
     torch.manual_seed(arguments.seed)
     rng = np.random.default_rng(arguments.seed)
-    parts = groups(arguments.keep, arguments.elsewhere)
+    parts = groups(arguments.keep, arguments.elsewhere, arguments.near_zero)
     bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng)
     actor, before = Actor(arguments.begin or arguments.controller), Actor(arguments.controller).requires_grad_(False)
     at_speed = Actor(arguments.at_speed_like or arguments.controller).requires_grad_(False)

@@ -26,7 +26,7 @@ def script():
 def learner(script):
     """Of a biped in each group."""
     torch.manual_seed(1)
-    bipeds = script.Bipeds(ROBUST, script.groups(1.0, 1.0), 7, 0.5, np.random.default_rng(1))
+    bipeds = script.Bipeds(ROBUST, script.groups(1.0, 1.0, 1.0), 7, 0.5, np.random.default_rng(1))
     before, at_speed = (script.Actor(ROBUST).requires_grad_(False) for _ in range(2))
     at_speed.layers[-1].bias[0] += 1
     return script.Learner(script.Actor(ROBUST), before, at_speed, bipeds, 1e-4, 0.15)
