@@ -15,11 +15,10 @@ fn what_comes_with_the_program_is_what_training_or_hardening_wrote() {
         (
             "robust",
             "robust",
-            6,
+            1,
             "python experiments/hardening/policy_gradient.py \
-             --controller controllers/robust/by-policy-gradients.safetensors \
-             --at-speed-like controllers/robust/searched-from-the-push-on.safetensors \
-             --at-zero 0.4 --seed 6 --iterations 300 --out out/pg-f1",
+             --controller controllers/robust/searched-once-more.safetensors \
+             --near-zero 100 --at-zero 0.4 --learning-rate 2e-4 --seed 1 --iterations 200 --out out/pg-s1",
         ),
     ];
     assert!(Controller::names().eq(commands.map(|(name, ..)| name)));
