@@ -200,12 +200,18 @@ fn draw_in_order<T: Send>(
         let drawn: Vec<Vec<Result<T, FigureError>>> = thread::scope(|scope| {
             let of_thread = |t: usize| (begin + t..end).step_by(threads).map(draw).collect();
             let workers: Vec<_> = (1..threads)
-                .map(|t| scope.spawn(move || of_thread(t)))
+                .map(|t| {
+                    let thread = thread::Builder::new();
+                    (t, thread.spawn_scoped(scope, move || of_thread(t)))
+                })
                 .collect();
             let own = of_thread(0);
-            let others = workers.into_iter().map(|worker| match worker.join() {
-                Ok(drawn) => drawn,
-                Err(panic) => std::panic::resume_unwind(panic),
+            let others = workers.into_iter().map(|(t, worker)| match worker {
+                Ok(worker) => worker
+                    .join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+                // The system refuses a thread.
+                Err(_) => of_thread(t),
             });
             std::iter::once(own).chain(others).collect()
         });

@@ -180,14 +180,17 @@ fn measure_all(
         done
     };
     let mut results = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..work.threads.clamp(1, count))
-            .map(|_| scope.spawn(worker))
+        // Where the system refuses a thread they are fewer.
+        let threads: Vec<_> = (1..work.threads.min(count))
+            .map_while(|_| std::thread::Builder::new().spawn_scoped(scope, worker).ok())
             .collect();
+        let own = worker();
         let join = |thread: std::thread::ScopedJoinHandle<'_, Vec<_>>| match thread.join() {
             Ok(done) => done,
             Err(panic) => std::panic::resume_unwind(panic),
         };
-        threads.into_iter().flat_map(join).collect::<Vec<_>>()
+        let others = threads.into_iter().flat_map(join);
+        own.into_iter().chain(others).collect::<Vec<_>>()
     });
     // Of several errors the one that stopped the others.
     results.sort_by_key(|(index, result)| (matches!(result, Err(ReportError::Stopped)), *index));

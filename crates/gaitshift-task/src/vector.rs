@@ -12,6 +12,7 @@ use gaitshift_body::{AdvanceReport, Body, BodyState, LEFT, RIGHT};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
+use std::sync::Mutex;
 
 /// Terms of the reward without the symmetry term (7), which only a learner knows.
 const TERMS: usize = RewardTerms::NAMES.len() - 1;
@@ -390,14 +391,30 @@ impl VectorEnvironment {
             work(members, commands, &mut steps);
             return steps;
         }
-        std::thread::scope(|scope| {
-            for ((members, commands), steps) in members
-                .chunks_mut(share)
-                .zip(commands.chunks(share))
-                .zip(steps.chunks_mut(share))
-            {
-                scope.spawn(move || work(members, commands, steps));
+        let parts = members
+            .chunks_mut(share)
+            .zip(commands.chunks(share))
+            .zip(steps.chunks_mut(share));
+        let helpers = parts.len() - 1;
+        let parts = Mutex::new(parts);
+        let work_off = || {
+            loop {
+                let part = parts.lock().unwrap_or_else(|e| e.into_inner()).next();
+                let Some(((members, commands), steps)) = part else {
+                    return;
+                };
+                work(members, commands, steps);
             }
+        };
+        std::thread::scope(|scope| {
+            for _ in 0..helpers {
+                // Where the system refuses a thread they are fewer.
+                let helper = std::thread::Builder::new().spawn_scoped(scope, work_off);
+                if helper.is_err() {
+                    break;
+                }
+            }
+            work_off();
         });
         steps
     }
