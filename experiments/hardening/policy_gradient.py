@@ -4,15 +4,19 @@ Proximal policy optimisation from a controller that exists (Schulman et al. 2017
 to change is held by a second term: in motions that nothing disturbs, or little, the actor imitates the controller as it was;
 after pushes forward away from ω_v = 0 too, and near 0 with `--near-zero`. A third of the bipeds have other bodies, on which it
 is hardly held.
+With `--gaits` steps cost, too, that lack something of the commanded gait, a walk at ω_v = 0 or a run from 1 on: of undisturbed
+bipeds here, on softer ground, and in MuJoCo on its own default contact. Between 0.6 and 2.8, where the controller to begin with
+may do neither, it is then hardly imitated.
 Exploration noise lasts for about 0.1 s, because noise that is new in every control period hardly moves the body; the
 gradient is that of what is new in it. The actor is the mean of a network and its mirror image, so the controller to begin with
 must be one.
 
 Beside the controllers, OUT/log.csv has a row for each iteration: how far its update moved the actor (divergence, at most some
-0.02 for an update to be trusted), falls per second in each group of bipeds, and how far the actor is from what it imitates
-(mean |Δa|²). Needs PyTorch and safetensors beside the package; an iteration takes about 10 s of one core:
+0.02 for an update to be trusted), falls per second in each group of bipeds, how far the actor is from what it imitates
+(mean |Δa|²), and what a step lacks of its gait where that costs. Needs PyTorch and safetensors beside the package, for
+`--gaits` MuJoCo; an iteration takes about 10 s of one core:
 
-    pip install torch safetensors
+    pip install torch safetensors mujoco
     robust=crates/gaitshift-experiment/controllers/robust.safetensors
     python experiments/hardening/policy_gradient.py --controller $robust --out out/pg
     python experiments/hardening/falls.py robust out/pg/400.safetensors
@@ -31,6 +35,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from gaits import Steps
 from safetensors import safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
@@ -46,7 +51,9 @@ EPOCHS, ROWS = 3, 16384
 OBSERVATION_MIRROR = [0, 1, 2, 5, 6, 3, 4, 9, 10, 7, 8, 12, 11, 13]
 ACTION_MIRROR = [1, 0]
 OMEGA_V = 13  # its place among the observations
+HARDLY = 0.05  # a weight of what the controller did before
 NEAR_ZERO = 0.4  # s/m, of a command; beyond it what search has taught about pushes forward is imitated
+ANEW = (0.6, 2.8)  # s/m, the commands between which `--gaits` has what it did before hardly imitated
 AT_SPEED = 2.5  # s/m, the least command at which `--at-speed-like` is imitated
 LEAST_NOISE, NOISE_LASTS = 0.02, 0.9  # standard deviation; what remains of the noise in the next control period
 
@@ -62,6 +69,8 @@ class Group:
     elsewhere: float  # the same at commands beyond NEAR_ZERO
     forward: bool = False  # whether pushed forward, so that `--at-speed-like` is imitated at speed
     strongly: bool = True
+    gait: bool = False  # whether steps cost that lack something of the commanded gait
+    in_mujoco: bool = False
 
 
 def pushed(forward_n: tuple[float, float] = (0, 0), up_n: tuple[float, float] = (0, 0)) -> dict[str, Any]:
@@ -92,24 +101,32 @@ SEGMENTS = (
 )
 # A foot's centre of mass further out would lie below the sole.
 OTHER_BODY = {**dict.fromkeys(SEGMENTS, (0.8, 1.2)), "foot_distance_m": (0.8, 1.05)}
+SOFT_GROUND = {"body": {"contact_stiffness": (0.2, 0.5), "contact_dissipation_s_per_m": (5.0, 12.0)}}
 STEPS_UP = {"terrain": {"steps": {"height_m": (0.005, 0.035), "spacing_m": (1.5, 3.0)}}}
 
 
-def groups(keep: float, elsewhere: float, near_zero: float) -> list[Group]:
+def groups(keep: float, elsewhere: float, near_zero: float, gaits: bool = False) -> list[Group]:
     """Who meets what; `keep` is the weight on flat ground, undisturbed, `elsewhere` after pushes forward beyond NEAR_ZERO,
     `near_zero` within it after pushes forward, backward and in any direction (not those down)."""
     any_direction = pushed(forward_n=(-300, 300), up_n=(-300, 300))
-    return [
-        Group("undisturbed", 0.08, None, keep, keep, strongly=False),
+    parts = [
+        Group("undisturbed", 0.08, None, keep, keep, strongly=False, gait=gaits),
         Group("weak", 0.15, WEAK, 10.0, 10.0, strongly=False),
-        Group("other bodies", 0.15, {"body": OTHER_BODY, "hip_com_height_m": (-0.1, 0.0)}, 0.05, 0.05, strongly=False),
-        Group("raised mass", 0.25, {"body": OTHER_BODY, "hip_com_height_m": (0.0, 0.07)}, 0.05, 0.05, strongly=False),
+        Group("other bodies", 0.15, {"body": OTHER_BODY, "hip_com_height_m": (-0.1, 0.0)}, HARDLY, HARDLY, strongly=False),
+        Group("raised mass", 0.25, {"body": OTHER_BODY, "hip_com_height_m": (0.0, 0.07)}, HARDLY, HARDLY, strongly=False),
         Group("forward", 0.22, pushed(forward_n=(200, 360)), near_zero, elsewhere, forward=True),
-        Group("backward", 0.13, pushed(forward_n=(-360, -100)), near_zero, 0.05),
-        Group("down", 0.07, pushed(up_n=(-360, -50)), 0.05, 0.05),
+        Group("backward", 0.13, pushed(forward_n=(-360, -100)), near_zero, HARDLY),
+        Group("down", 0.07, pushed(up_n=(-360, -50)), HARDLY, HARDLY),
         Group("any direction", 0.10, any_direction, near_zero, elsewhere, forward=True),
-        Group("steps up", 0.05, STEPS_UP, 0.05, 0.05),
+        Group("steps up", 0.05, STEPS_UP, HARDLY, HARDLY),
     ]
+    if gaits:
+        parts += [
+            Group("to run", 0.20, None, HARDLY, HARDLY, strongly=False, gait=True),
+            Group("soft ground", 0.06, SOFT_GROUND, HARDLY, HARDLY, strongly=False, gait=True),
+            Group("in MuJoCo", 0.11, None, HARDLY, HARDLY, strongly=False, gait=True, in_mujoco=True),
+        ]
+    return parts
 
 
 class Actor(nn.Module):
@@ -176,13 +193,12 @@ class Bipeds:
 
     def __init__(self, controller: Path, parts: list[Group], count: int, at_zero: float, rng: np.random.Generator) -> None:
         self.parts, self.at_zero, self.rng = parts, at_zero, rng
+        self.gaits = any(part.gait for part in parts)
         self.environments, self.commands, observations, group = [], [], [], []
         for index, part in enumerate(parts):
             bipeds = max(1, round(count * part.share))
             group += [index] * bipeds
-            environment = PassiveBipedVectorEnv(
-                bipeds, controller=controller, randomization=part.randomization, autoreset_mode="SameStep"
-            )
+            environment = self.environment(part, bipeds, controller)
             commands = self.drawn(part, bipeds)
             first, _ = environment.reset(seed=int(rng.integers(2**31)), options={"omega_v": commands})
             self.environments.append(environment)
@@ -190,11 +206,26 @@ class Bipeds:
             observations.append(first)
         self.group = np.array(group)
         self.count = len(group)
+        self.steps = Steps(self.count)
         self.observations = np.concatenate(observations).astype(np.float32)
+
+    def environment(self, part: Group, count: int, controller: Path) -> Any:
+        if part.in_mujoco:
+            from mujoco_bipeds import MujocoBipeds  # here, so that MuJoCo is not needed without it
+
+            return MujocoBipeds(count, controller, self.rng)
+        return PassiveBipedVectorEnv(
+            count, controller=controller, randomization=part.randomization, autoreset_mode="SameStep"
+        )
 
     def drawn(self, part: Group, count: int) -> np.ndarray:
         """Commands: 0, near 0, and the rest."""
         chance = self.rng.random(count)
+        if part.name == "to run":
+            return self.rng.uniform(0.9, 2.8, count)
+        if part.name in ("soft ground", "in MuJoCo"):
+            high = np.where(chance < 0.6, self.rng.uniform(2.9, 3.5, count), self.rng.uniform(-0.5, 3.5, count))
+            return np.where(chance < 0.3, self.rng.uniform(-0.05, 0.05, count), high)
         if not part.strongly:
             return np.where(chance < 0.35, self.rng.uniform(-0.3, 0.3, count), self.rng.uniform(-0.5, 3.5, count))
         low = np.where(self.rng.random(count) < 0.8, 0.0, self.rng.uniform(-0.2, 0.3, count))
@@ -206,7 +237,10 @@ class Bipeds:
         """The weight of what the controller did before, of each."""
         parts = zip(self.parts, self.commands)
         weights = [np.where(np.abs(omega_v) > NEAR_ZERO, part.elsewhere, part.keep) for part, omega_v in parts]
-        return torch.from_numpy(np.concatenate(weights).astype(np.float32))
+        weight, omega_v = np.concatenate(weights), np.concatenate(self.commands)
+        if self.gaits:
+            weight = np.where((omega_v > ANEW[0]) & (omega_v < ANEW[1]), np.minimum(weight, HARDLY), weight)
+        return torch.from_numpy(weight.astype(np.float32))
 
     def change_commands(self) -> None:
         """Of one in twenty, in the middle of an episode."""
@@ -219,9 +253,10 @@ class Bipeds:
             self.observations[begin : begin + count, OMEGA_V] = self.commands[index]
             begin += count
 
-    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray]]:
-        """Which fell, whose episode is over, and the last observations of those that were cut off."""
-        fell, over, last = [], [], {}
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[int, np.ndarray], np.ndarray, np.ndarray]:
+        """Which fell, whose episode is over, the last observations of those that were cut off, which have a touchdown in a
+        group where steps may cost, and what their steps lack of the commanded gait."""
+        fell, over, force_n, last = [], [], [], {}
         begin = 0
         for environment in self.environments:
             end = begin + environment.num_envs
@@ -230,8 +265,12 @@ class Bipeds:
                 last[begin + biped] = info["final_obs"][biped]
             fell.append(terminated)
             over.append(terminated | truncated)
+            force_n.append(np.stack([info["right_normal_force_n"], info["left_normal_force_n"]], 1))
             begin = end
-        return np.concatenate(fell), np.concatenate(over), last
+        ended = np.concatenate(over)
+        landed, lack = self.steps.lack(np.concatenate(force_n), np.concatenate(self.commands), ended)
+        costs = np.array([part.gait for part in self.parts])[self.group]
+        return np.concatenate(fell), ended, last, landed & costs, np.where(costs, lack, 0)
 
 
 @dataclass
@@ -241,20 +280,25 @@ class Rollout:
     observations: np.ndarray  # scaled, one more at the end
     actions: np.ndarray  # without what remains of the noise before, which no gradient goes through
     rewards: np.ndarray
+    fell: np.ndarray
+    landed: np.ndarray  # where a step may cost
+    lack: np.ndarray  # what the step that ends lacks of the commanded gait
     over: np.ndarray
     cut_off: np.ndarray  # the critic's value where an episode was cut off
 
     @classmethod
     def zeros(cls, count: int) -> Rollout:
-        shapes = [(CONTROL_PERIODS + 1, count, 14), (CONTROL_PERIODS, count, 2), *[(CONTROL_PERIODS, count)] * 3]
+        shapes = [(CONTROL_PERIODS + 1, count, 14), (CONTROL_PERIODS, count, 2), *[(CONTROL_PERIODS, count)] * 6]
         return cls(*(np.zeros(shape, np.float32) for shape in shapes))
 
 
 class Learner:
     """The actor, the critic, which also knows the group, and the noise."""
 
-    def __init__(self, actor: Actor, before: Actor, at_speed: Actor, bipeds: Bipeds, rate: float, noise: float) -> None:
-        self.actor, self.before, self.at_speed, self.bipeds = actor, before, at_speed, bipeds
+    def __init__(
+        self, actor: Actor, before: Actor, at_speed: Actor, bipeds: Bipeds, rate: float, noise: float, gaits: float = 0.0
+    ) -> None:
+        self.actor, self.before, self.at_speed, self.bipeds, self.gaits = actor, before, at_speed, bipeds, gaits
         self.forward = torch.tensor([part.forward for part in bipeds.parts])
         self.group = torch.from_numpy(bipeds.group)
         self.which = nn.functional.one_hot(self.group, len(bipeds.parts)).float()
@@ -278,9 +322,10 @@ class Learner:
             new = self.fresh * bipeds.rng.standard_normal(mean.shape, dtype=np.float32)
             done.actions[period] = mean + new
             self.noise = NOISE_LASTS * self.noise + new
-            fell, done.over[period], last = bipeds.step(np.clip(mean + self.noise, -1, 1))
+            fell, done.over[period], last, done.landed[period], lack = bipeds.step(np.clip(mean + self.noise, -1, 1))
             self.noise[done.over[period] > 0] = 0
-            done.rewards[period] = -fell.astype(np.float32)
+            done.fell[period], done.lack[period] = fell, lack
+            done.rewards[period] = -done.fell[period] - self.gaits * done.lack[period]
             for biped, final in last.items():
                 with torch.no_grad():
                     seen = torch.from_numpy(final.astype(np.float32) * scale)
@@ -364,23 +409,26 @@ def main() -> None:
     parser.add_argument("--elsewhere", type=float, default=100.0, help="the same after pushes forward, not near ω_v = 0")
     parser.add_argument("--near-zero", type=float, default=0.05, help="the same near 0, after pushes not down alone")
     parser.add_argument("--at-speed-like", type=Path, help=f"controller to imitate there at ω_v > {AT_SPEED:g}")
+    parser.add_argument("--gaits", type=float, default=0.0, help="cost of what a step lacks of its gait, 0.4 for example")
     parser.add_argument("--at-zero", type=float, default=0.65, help="share of the strongly disturbed at or near ω_v = 0")
     arguments = parser.parse_args()
 
     torch.set_num_threads(1)
     torch.manual_seed(arguments.seed)
     rng = np.random.default_rng(arguments.seed)
-    parts = groups(arguments.keep, arguments.elsewhere, arguments.near_zero)
+    parts = groups(arguments.keep, arguments.elsewhere, arguments.near_zero, arguments.gaits > 0)
     bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng)
     actor, before = Actor(arguments.begin or arguments.controller), Actor(arguments.controller).requires_grad_(False)
     at_speed = Actor(arguments.at_speed_like or arguments.controller).requires_grad_(False)
-    learner = Learner(actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise)
+    learner = Learner(actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise, arguments.gaits)
     seconds_of = CONTROL_PERIODS * CONTROL_PERIOD_S * np.bincount(bipeds.group)  # a group's in an iteration
     arguments.out.mkdir(parents=True, exist_ok=True)
     with (arguments.out / "log.csv").open("a", newline="") as log:
         rows = csv.writer(log)
         names = [part.name for part in parts]
+        costing = [part.name for part in parts if part.gait]
         columns = [f"{what} {name}" for what in ("falls_per_s", "moved") for name in names]
+        columns += [f"lack {name}" for name in costing]
         rows.writerow(["iteration", "elapsed_s", "divergence", *columns])
         began = time.monotonic()
         for iteration in range(1, arguments.iterations + 1):
@@ -390,9 +438,11 @@ def main() -> None:
             done = learner.rollout()
             bipeds.change_commands()
             moved, divergence = learner.update(done, keep, critic_alone=iteration <= 6)
-            falls = np.bincount(bipeds.group, weights=-done.rewards.sum(0)) / seconds_of
+            falls = np.bincount(bipeds.group, weights=done.fell.sum(0)) / seconds_of
+            lack, steps = (np.bincount(bipeds.group, weights=rows.sum(0)) for rows in (done.lack, done.landed))
+            of_step = (lack / np.maximum(steps, 1))[[part.gait for part in parts]]
             elapsed_s = round(time.monotonic() - began)
-            rows.writerow([iteration, elapsed_s, round(divergence, 5), *falls.round(4), *moved.round(6)])
+            rows.writerow([iteration, elapsed_s, round(divergence, 5), *falls.round(4), *moved.round(6), *of_step.round(3)])
             log.flush()
             told = ", ".join(f"{name} {fall:.3f}" for name, fall in zip(names, falls))
             print(f"iteration {iteration} of {arguments.iterations}, falls per s: {told}", flush=True)

@@ -14,6 +14,8 @@ REPOSITORY = Path(__file__).resolve().parents[3]
 def experiment_script(name):
     """The module of a script below experiments/."""
     path = REPOSITORY / "experiments" / name
+    if str(path.parent) not in sys.path:  # where a script finds its other modules
+        sys.path.insert(0, str(path.parent))
     spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # where dataclasses look

@@ -1,0 +1,122 @@
+"""Contract: the steps of experiments/hardening/gaits.py lack nothing where they are those of the commanded gait, more the less
+they are like them, and nothing where no gait is commanded; the bipeds of mujoco_bipeds.py are observed and end as ours do,
+and move as experiments/mujoco_transfer/transfer.py has them move on MuJoCo's default contact."""
+
+import numpy as np
+import pytest
+from conftest import REPOSITORY, experiment_script
+
+import gaitshift
+
+ROBUST = REPOSITORY / "crates/gaitshift-experiment/controllers/robust.safetensors"
+
+
+@pytest.fixture(scope="module")
+def gaits():
+    return experiment_script("hardening/gaits.py")
+
+
+def lacks(gaits, steps, omega_v):
+    """Of a motion given by (right force, left force, control periods)."""
+    feet = gaits.Steps(1)
+    lack = []
+    for right, left, periods in steps:
+        for _ in range(periods):
+            landed, value = feet.lack(np.array([[right, left]], float), np.array([omega_v]), np.array([False]))
+            lack += [value[0]] if landed[0] else []
+            assert landed[0] or not value[0]
+    return lack[2:]  # after the start
+
+
+def run(flight):
+    return 4 * [(800, 0, 30), (0, 0, flight), (0, 800, 30), (0, 0, flight)]
+
+
+def walk(double):
+    return 4 * [(390, 0, 40), (250, 150, double), (0, 390, 40), (150, 250, double)]
+
+
+def test_the_commanded_gait_lacks_nothing(gaits):
+    assert lacks(gaits, run(6), 3.0) == [0] * 5
+    assert lacks(gaits, walk(6), 0.0) == [0] * 6
+
+
+def test_the_other_gait_and_what_is_between_lack_more_and_more(gaits):
+    of_run = [np.mean(lacks(gaits, motion, 3.0)) for motion in (run(4), run(3), run(1), walk(1), walk(4), walk(12))]
+    assert of_run == sorted(of_run) and len(set(of_run)) == 6 and of_run[0] == 0
+    of_walk = [np.mean(lacks(gaits, motion, 0.0)) for motion in (walk(4), walk(2), walk(1), run(1), run(4))]
+    assert of_walk == sorted(of_walk) and len(set(of_walk)) == 5 and of_walk[0] == 0
+    assert not any(lacks(gaits, motion, 0.5) for motion in (run(6), walk(6)))
+
+
+def test_hopping_lacks_alternation_and_a_bounce_is_no_step(gaits):
+    hop = 6 * [(800, 0, 20), (0, 0, 6)]
+    assert lacks(gaits, hop, 3.0) == [1] * 3
+    bouncing = 4 * [(800, 0, 2), (0, 0, 1), (800, 0, 27), (0, 0, 6), (0, 800, 30), (0, 0, 6)]
+    assert lacks(gaits, bouncing, 3.0) == [0] * 5
+
+
+def test_a_new_episode_begins_without_a_step(gaits):
+    feet = gaits.Steps(1)
+    command, on_both = np.array([0.0]), np.array([[200.0, 200.0]])
+    feet.lack(np.array([[0.0, 0.0]]), command, np.array([True]))
+    for _ in range(3):
+        landed, _ = feet.lack(on_both, command, np.array([False]))
+        assert not landed[0]
+
+
+@pytest.fixture(scope="module")
+def mujoco_bipeds():
+    return experiment_script("hardening/mujoco_bipeds.py")
+
+
+def test_bipeds_in_mujoco_are_observed_as_ours(mujoco_bipeds):
+    bipeds = mujoco_bipeds.MujocoBipeds(2, ROBUST, np.random.default_rng(1))
+    observations, _ = bipeds.reset(seed=3, options={"omega_v": np.array([0.0, 3.0])})
+    ours = gaitshift.PassiveBipedEnv(controller=str(ROBUST))
+    for row, position, velocity, omega_v in zip(observations, bipeds.positions, bipeds.velocities, (0.0, 3.0)):
+        expected, _ = ours.reset(options={"state": (position, velocity), "omega_v": omega_v})
+        assert row == pytest.approx(expected)
+
+
+def test_bipeds_in_mujoco_move_as_those_of_the_transfer(mujoco_bipeds, monkeypatch):
+    """For half a second, with the same step: positions within a centimetre. What is left is the integrator's."""
+    import mujoco
+
+    monkeypatch.setattr(mujoco_bipeds, "TIME_STEP_S", 0.0002)
+
+    transfer = experiment_script("mujoco_transfer/transfer.py")
+    controller = gaitshift.Controller.load(ROBUST)
+    biped = transfer.Biped(
+        transfer.with_default_contact(gaitshift.Body(controller.body).mjcf(controller.task)), controller.body, controller.task
+    )
+    bipeds = mujoco_bipeds.MujocoBipeds(1, ROBUST, np.random.default_rng(1))
+    observations, _ = bipeds.reset(seed=3, options={"omega_v": np.array([0.0])})
+    biped.data.qpos[:], biped.data.qvel[:] = bipeds.positions[0], bipeds.velocities[0]
+    mujoco.mj_forward(biped.model, biped.data)
+    forces, means = [], []
+    for _ in range(50):
+        action = controller(observations[0])
+        means.append(biped.period(action)[0][:, 0])
+        observations, _, fell, _, info = bipeds.step(action[None])
+        forces.append([info["right_normal_force_n"][0], info["left_normal_force_n"][0]])
+        assert not fell[0]
+    assert bipeds.positions[0] == pytest.approx(biped.data.qpos, abs=0.01)
+    assert np.mean(forces, axis=0) == pytest.approx(np.mean(means, axis=0), rel=0.1)
+
+
+def test_bipeds_in_mujoco_fall_and_begin_anew(mujoco_bipeds):
+    bipeds = mujoco_bipeds.MujocoBipeds(3, ROBUST, np.random.default_rng(1))
+    bipeds.reset(seed=3, options={"omega_v": np.zeros(3)})
+    bipeds.age[:] = 0
+    bipeds.age[2] = mujoco_bipeds.EPISODE - 1
+    for period in range(300):
+        observations, _, fell, cut_off, info = bipeds.step(np.ones((3, 2)))
+        if period == 0:
+            assert cut_off.tolist() == [False, False, True] and not fell.any()
+            assert info["final_obs"][2] != pytest.approx(observations[2])
+        if fell.any():
+            break
+    index = int(np.argmax(fell))
+    assert fell.any() and bipeds.age[index] == 0
+    assert abs(observations[index][1]) < bipeds.end["pitch_limit_rad"] < abs(info["final_obs"][index][1]) + 1
