@@ -38,7 +38,7 @@ class Steps:
         foot = np.where(down[:, 0], 0, 1)
         again = foot == self.last_foot
         flight = np.minimum(self.flight / ENOUGH, 1)
-        of_run = (1 - flight) + np.minimum(self.least_n / 300, 1) + np.minimum(self.double_support / ENOUGH, 2)
+        of_run = 2 * (1 - flight) + np.minimum(self.least_n / 300, 1) + np.minimum(self.double_support / ENOUGH, 2)
         of_walk = flight + np.clip(1 - self.least_n / 200, 0, 1) + 0.5 * np.maximum(1 - self.double_support / ENOUGH, 0)
         lack = np.where(landed, run * (of_run + again) + walk * (of_walk + again), 0.0)
 

@@ -5,8 +5,8 @@ to change is held by a second term: in motions that nothing disturbs, or little,
 after pushes forward away from ω_v = 0 too, and near 0 with `--near-zero`. A third of the bipeds have other bodies, on which it
 is hardly held.
 With `--gaits` steps cost, too, that lack something of the commanded gait, a walk at ω_v = 0 or a run from 1 on: of undisturbed
-bipeds here, on softer ground, and in MuJoCo on its own default contact. Between 0.6 and 2.8, where the controller to begin with
-may do neither, it is then hardly imitated.
+bipeds here, on softer ground, and in MuJoCo on its own default contact. With `--anew` the controller to begin with, which may
+do neither, is hardly imitated from 0.6 on.
 Exploration noise lasts for about 0.1 s, because noise that is new in every control period hardly moves the body; the
 gradient is that of what is new in it. The actor is the mean of a network and its mirror image, so the controller to begin with
 must be one.
@@ -53,7 +53,8 @@ ACTION_MIRROR = [1, 0]
 OMEGA_V = 13  # its place among the observations
 HARDLY = 0.05  # a weight of what the controller did before
 NEAR_ZERO = 0.4  # s/m, of a command; beyond it what search has taught about pushes forward is imitated
-ANEW = (0.6, 2.8)  # s/m, the commands between which `--gaits` has what it did before hardly imitated
+# s/m and weight: from these commands on no more of what it did before is imitated with `--anew`. The run is held a little.
+ANEW = ((0.6, HARDLY), (2.8, 5.0))
 AT_SPEED = 2.5  # s/m, the least command at which `--at-speed-like` is imitated
 LEAST_NOISE, NOISE_LASTS = 0.02, 0.9  # standard deviation; what remains of the noise in the next control period
 
@@ -105,7 +106,7 @@ SOFT_GROUND = {"body": {"contact_stiffness": (0.2, 0.5), "contact_dissipation_s_
 STEPS_UP = {"terrain": {"steps": {"height_m": (0.005, 0.035), "spacing_m": (1.5, 3.0)}}}
 
 
-def groups(keep: float, elsewhere: float, near_zero: float, gaits: bool = False) -> list[Group]:
+def groups(keep: float, elsewhere: float, near_zero: float, gaits: bool = False, anew: bool = False) -> list[Group]:
     """Who meets what; `keep` is the weight on flat ground, undisturbed, `elsewhere` after pushes forward beyond NEAR_ZERO,
     `near_zero` within it after pushes forward, backward and in any direction (not those down)."""
     any_direction = pushed(forward_n=(-300, 300), up_n=(-300, 300))
@@ -122,10 +123,11 @@ def groups(keep: float, elsewhere: float, near_zero: float, gaits: bool = False)
     ]
     if gaits:
         parts += [
-            Group("to run", 0.20, None, HARDLY, HARDLY, strongly=False, gait=True),
-            Group("soft ground", 0.06, SOFT_GROUND, HARDLY, HARDLY, strongly=False, gait=True),
-            Group("in MuJoCo", 0.11, None, HARDLY, HARDLY, strongly=False, gait=True, in_mujoco=True),
+            Group("soft ground", 0.05, SOFT_GROUND, HARDLY, HARDLY, strongly=False, gait=True),
+            Group("in MuJoCo", 0.15, None, HARDLY, HARDLY, strongly=False, gait=True, in_mujoco=True),
         ]
+    if anew:
+        parts.append(Group("to run", 0.25, None, HARDLY, HARDLY, strongly=False, gait=True))
     return parts
 
 
@@ -191,9 +193,10 @@ class Actor(nn.Module):
 class Bipeds:
     """All groups side by side."""
 
-    def __init__(self, controller: Path, parts: list[Group], count: int, at_zero: float, rng: np.random.Generator) -> None:
-        self.parts, self.at_zero, self.rng = parts, at_zero, rng
-        self.gaits = any(part.gait for part in parts)
+    def __init__(
+        self, controller: Path, parts: list[Group], count: int, at_zero: float, rng: np.random.Generator, anew: bool = False
+    ) -> None:
+        self.parts, self.at_zero, self.rng, self.anew = parts, at_zero, rng, anew
         self.environments, self.commands, observations, group = [], [], [], []
         for index, part in enumerate(parts):
             bipeds = max(1, round(count * part.share))
@@ -238,8 +241,10 @@ class Bipeds:
         parts = zip(self.parts, self.commands)
         weights = [np.where(np.abs(omega_v) > NEAR_ZERO, part.elsewhere, part.keep) for part, omega_v in parts]
         weight, omega_v = np.concatenate(weights), np.concatenate(self.commands)
-        if self.gaits:
-            weight = np.where((omega_v > ANEW[0]) & (omega_v < ANEW[1]), np.minimum(weight, HARDLY), weight)
+        if self.anew:
+            commands, weights = zip(*ANEW)
+            most = np.array([np.inf, *weights])[np.searchsorted(commands, omega_v, side="right")]
+            weight = np.minimum(weight, most)
         return torch.from_numpy(weight.astype(np.float32))
 
     def change_commands(self) -> None:
@@ -411,13 +416,16 @@ def main() -> None:
     parser.add_argument("--at-speed-like", type=Path, help=f"controller to imitate there at ω_v > {AT_SPEED:g}")
     parser.add_argument("--gaits", type=float, default=0.0, help="cost of what a step lacks of its gait, 0.4 for example")
     parser.add_argument("--at-zero", type=float, default=0.65, help="share of the strongly disturbed at or near ω_v = 0")
+    parser.add_argument("--anew", action="store_true", help="with --gaits: hardly imitate what it did from ω_v = 0.6 on")
     arguments = parser.parse_args()
+    if arguments.anew and not arguments.gaits > 0:
+        raise SystemExit("--anew lets go of what the controller did, so it needs gaits to learn instead: give --gaits 0.4 too")
 
     torch.set_num_threads(1)
     torch.manual_seed(arguments.seed)
     rng = np.random.default_rng(arguments.seed)
-    parts = groups(arguments.keep, arguments.elsewhere, arguments.near_zero, arguments.gaits > 0)
-    bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng)
+    parts = groups(arguments.keep, arguments.elsewhere, arguments.near_zero, arguments.gaits > 0, arguments.anew)
+    bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng, arguments.anew)
     actor, before = Actor(arguments.begin or arguments.controller), Actor(arguments.controller).requires_grad_(False)
     at_speed = Actor(arguments.at_speed_like or arguments.controller).requires_grad_(False)
     learner = Learner(actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise, arguments.gaits)
