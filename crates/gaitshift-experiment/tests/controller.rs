@@ -15,10 +15,9 @@ fn what_comes_with_the_program_is_what_training_or_hardening_wrote() {
         (
             "robust",
             "robust",
-            1,
-            "python experiments/hardening/policy_gradient.py \
-             --controller controllers/robust/searched-once-more.safetensors \
-             --near-zero 100 --at-zero 0.4 --learning-rate 2e-4 --seed 1 --iterations 200 --out out/pg-s1",
+            42,
+            "gaitshift harden --controller ../ppo/h1.safetensors --omega-v 0,1,3 --impulse 26:32,-34:-26 --pushes 240 \
+             --rounds 16 --threads 1 --seed 42 --out H2",
         ),
     ];
     assert!(Controller::names().eq(commands.map(|(name, ..)| name)));
