@@ -2,11 +2,11 @@
 
 Proximal policy optimisation from a controller that exists (Schulman et al. 2017). The only reward is -1 for a fall. What is not
 to change is held by a second term: in motions that nothing disturbs, or little, the actor imitates the controller as it was;
-after pushes forward away from ω_v = 0 too, and near 0 with `--near-zero`. A third of the bipeds have other bodies, on which it
+after pushes forward away from ω_v = 0 too, and near 0 with `--near-zero`. Many of the bipeds have other bodies, on which it
 is hardly held.
 With `--gaits` steps cost, too, that lack something of the commanded gait, a walk at ω_v = 0 or a run from 1 on: of undisturbed
 bipeds here, on softer ground, and in MuJoCo on its own default contact. With `--anew` the controller to begin with, which may
-do neither, is hardly imitated from 0.6 on.
+do neither, is hardly imitated from 0.6 to 2.8, and little beyond.
 Exploration noise lasts for about 0.1 s, because noise that is new in every control period hardly moves the body; the
 gradient is that of what is new in it. The actor is the mean of a network and its mirror image, so the controller to begin with
 must be one.
@@ -14,7 +14,7 @@ must be one.
 Beside the controllers, OUT/log.csv has a row for each iteration: how far its update moved the actor (divergence, at most some
 0.02 for an update to be trusted), falls per second in each group of bipeds, how far the actor is from what it imitates
 (mean |Δa|²), and what a step lacks of its gait where that costs. Needs PyTorch and safetensors beside the package, for
-`--gaits` MuJoCo; an iteration takes about 10 s of one core:
+`--gaits` MuJoCo; an iteration takes about 10 s of one core, longer with `--gaits`:
 
     pip install torch safetensors mujoco
     robust=crates/gaitshift-experiment/controllers/robust.safetensors
@@ -222,7 +222,7 @@ class Bipeds:
         )
 
     def drawn(self, part: Group, count: int) -> np.ndarray:
-        """Commands: 0, near 0, and the rest."""
+        """Commands: 0, near 0, and the rest; those of a walk and of a run where gaits are learned on other ground."""
         chance = self.rng.random(count)
         if part.name == "to run":
             return self.rng.uniform(0.9, 2.8, count)
@@ -416,7 +416,7 @@ def main() -> None:
     parser.add_argument("--at-speed-like", type=Path, help=f"controller to imitate there at ω_v > {AT_SPEED:g}")
     parser.add_argument("--gaits", type=float, default=0.0, help="cost of what a step lacks of its gait, 0.4 for example")
     parser.add_argument("--at-zero", type=float, default=0.65, help="share of the strongly disturbed at or near ω_v = 0")
-    parser.add_argument("--anew", action="store_true", help="with --gaits: hardly imitate what it did from ω_v = 0.6 on")
+    parser.add_argument("--anew", action="store_true", help="with --gaits: hardly imitate it at ω_v from 0.6 to 2.8")
     arguments = parser.parse_args()
     if arguments.anew and not arguments.gaits > 0:
         raise SystemExit("--anew lets go of what the controller did, so it needs gaits to learn instead: give --gaits 0.4 too")

@@ -121,6 +121,12 @@ def test_with_gaits_steps_cost_and_the_motion_between_is_free(script):
         assert set(bipeds.keep().tolist()) == {np.float32(min(weight, most)) for weight in given}
 
 
+def test_letting_go_needs_gaits_to_learn(script, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", f"policy_gradient.py --controller {ROBUST} --out {tmp_path} --anew".split())
+    with pytest.raises(SystemExit, match="give --gaits"):
+        script.main()
+
+
 def test_a_run_writes_controllers_and_its_course(script, tmp_path, monkeypatch, program):
     arguments = f"--controller {ROBUST} --out {tmp_path / 'pg'} --iterations 8 --bipeds 14"
     monkeypatch.setattr(sys, "argv", ["policy_gradient.py", *arguments.split()])
