@@ -3,8 +3,8 @@
 mod common;
 use common::Place;
 
-/// No round: the controller as it is.
-const SHORT: &str = "harden --controller robust --rounds 0";
+/// No round: the controller as it is. It withstands many of these pushes and falls from many.
+const SHORT: &str = "harden --controller robust --rounds 0 --impulse 24:44,-44:-24";
 
 #[test]
 fn the_json_has_what_is_promised_and_the_same_command_goes_on() {
@@ -21,7 +21,7 @@ fn the_json_has_what_is_promised_and_the_same_command_goes_on() {
     let pushes = &first["pushes"];
     assert_eq!(pushes["compared"], 128);
     let withstood = pushes["withstood"].as_u64().unwrap();
-    assert!((64..128).contains(&withstood), "{first}");
+    assert!((20..120).contains(&withstood), "{first}");
     assert_eq!(first["steps_up"]["compared"], 0);
     let weak = first["weak_up"].as_u64().unwrap();
     assert!((96..=128).contains(&weak) && first["weak_compared"] == 128);
