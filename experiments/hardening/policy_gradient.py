@@ -69,7 +69,7 @@ class Group:
     keep: float  # weight of what the controller did before
     elsewhere: float  # the same at commands beyond NEAR_ZERO
     forward: bool = False  # whether pushed forward, so that `--at-speed-like` is imitated at speed
-    strongly: bool = True
+    commands: str = "0 and whole"  # which it is given, see `Bipeds.drawn`
     gait: bool = False  # whether steps cost that lack something of the commanded gait
     in_mujoco: bool = False
 
@@ -111,10 +111,10 @@ def groups(keep: float, elsewhere: float, near_zero: float, gaits: bool = False,
     `near_zero` within it after pushes forward, backward and in any direction (not those down)."""
     any_direction = pushed(forward_n=(-300, 300), up_n=(-300, 300))
     parts = [
-        Group("undisturbed", 0.08, None, keep, keep, strongly=False, gait=gaits),
-        Group("weak", 0.15, WEAK, 10.0, 10.0, strongly=False),
-        Group("other bodies", 0.15, {"body": OTHER_BODY, "hip_com_height_m": (-0.1, 0.0)}, HARDLY, HARDLY, strongly=False),
-        Group("raised mass", 0.25, {"body": OTHER_BODY, "hip_com_height_m": (0.0, 0.07)}, HARDLY, HARDLY, strongly=False),
+        Group("undisturbed", 0.08, None, keep, keep, commands="all", gait=gaits),
+        Group("weak", 0.15, WEAK, 10.0, 10.0, commands="all"),
+        Group("other bodies", 0.15, {"body": OTHER_BODY, "hip_com_height_m": (-0.1, 0.0)}, HARDLY, HARDLY, commands="all"),
+        Group("raised mass", 0.25, {"body": OTHER_BODY, "hip_com_height_m": (0.0, 0.07)}, HARDLY, HARDLY, commands="all"),
         Group("forward", 0.22, pushed(forward_n=(200, 360)), near_zero, elsewhere, forward=True),
         Group("backward", 0.13, pushed(forward_n=(-360, -100)), near_zero, HARDLY),
         Group("down", 0.07, pushed(up_n=(-360, -50)), HARDLY, HARDLY),
@@ -123,11 +123,11 @@ def groups(keep: float, elsewhere: float, near_zero: float, gaits: bool = False,
     ]
     if gaits:
         parts += [
-            Group("soft ground", 0.05, SOFT_GROUND, HARDLY, HARDLY, strongly=False, gait=True),
-            Group("in MuJoCo", 0.15, None, HARDLY, HARDLY, strongly=False, gait=True, in_mujoco=True),
+            Group("soft ground", 0.05, SOFT_GROUND, HARDLY, HARDLY, commands="of gaits", gait=True),
+            Group("in MuJoCo", 0.15, None, HARDLY, HARDLY, commands="of gaits", gait=True, in_mujoco=True),
         ]
     if anew:
-        parts.append(Group("to run", 0.25, None, HARDLY, HARDLY, strongly=False, gait=True))
+        parts.append(Group("to run", 0.25, None, HARDLY, HARDLY, commands="to run", gait=True))
     return parts
 
 
@@ -210,6 +210,7 @@ class Bipeds:
         self.group = np.array(group)
         self.count = len(group)
         self.steps = Steps(self.count)
+        self.costs = np.array([part.gait for part in parts])[self.group]  # which pay for what their steps lack
         self.observations = np.concatenate(observations).astype(np.float32)
 
     def environment(self, part: Group, count: int, controller: Path) -> Any:
@@ -224,12 +225,12 @@ class Bipeds:
     def drawn(self, part: Group, count: int) -> np.ndarray:
         """Commands: 0, near 0, and the rest; those of a walk and of a run where gaits are learned on other ground."""
         chance = self.rng.random(count)
-        if part.name == "to run":
+        if part.commands == "to run":
             return self.rng.uniform(0.9, 2.8, count)
-        if part.name in ("soft ground", "in MuJoCo"):
+        if part.commands == "of gaits":
             high = np.where(chance < 0.6, self.rng.uniform(2.9, 3.5, count), self.rng.uniform(-0.5, 3.5, count))
             return np.where(chance < 0.3, self.rng.uniform(-0.05, 0.05, count), high)
-        if not part.strongly:
+        if part.commands == "all":
             return np.where(chance < 0.35, self.rng.uniform(-0.3, 0.3, count), self.rng.uniform(-0.5, 3.5, count))
         low = np.where(self.rng.random(count) < 0.8, 0.0, self.rng.uniform(-0.2, 0.3, count))
         whole = self.rng.choice([1.0, 2.0, 3.0, 3.0], count)
@@ -274,8 +275,7 @@ class Bipeds:
             begin = end
         ended = np.concatenate(over)
         landed, lack = self.steps.lack(np.concatenate(force_n), np.concatenate(self.commands), ended)
-        costs = np.array([part.gait for part in self.parts])[self.group]
-        return np.concatenate(fell), ended, last, landed & costs, np.where(costs, lack, 0)
+        return np.concatenate(fell), ended, last, landed & self.costs, np.where(self.costs, lack, 0)
 
 
 @dataclass

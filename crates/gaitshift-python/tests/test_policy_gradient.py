@@ -113,6 +113,7 @@ def test_with_gaits_steps_cost_and_the_motion_between_is_free(script):
     done = script.Learner(*actors, bipeds, 1e-4, 0.02, gaits=0.5).rollout()
     assert np.array_equal(done.rewards, -done.fell - np.float32(0.5) * done.lack)
     costing = np.array([parts[group].gait for group in bipeds.group])
+    assert np.array_equal(bipeds.costs, costing)
     assert not done.landed[:, ~costing].any() and not done.lack[:, ~costing].any()
     assert (done.lack[:, costing] > 0).any() and not done.lack[done.landed == 0].any()
     given = {part.elsewhere for part in parts}
