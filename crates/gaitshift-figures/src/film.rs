@@ -132,11 +132,20 @@ pub fn write_film(
     let (stdin, stderr) = (ffmpeg.stdin.take(), ffmpeg.stderr.take());
     let (drawn, said) = thread::scope(|scope| {
         // What it says must be read while it is written to, or both would wait for each other.
-        let listener = scope.spawn(move || {
+        let listener = thread::Builder::new().spawn_scoped(scope, move || {
             let mut said = String::new();
             let _ = stderr.map(|stderr| stderr.take(64 << 10).read_to_string(&mut said));
             said
         });
+        let listener = match listener {
+            Ok(listener) => listener,
+            Err(e) => {
+                return (
+                    Err(failed(format!("no thread to listen to it: {e}"))),
+                    String::new(),
+                );
+            }
+        };
         let drawn = stdin.map_or(Ok(()), |mut stdin| {
             draw_in_order(
                 frames,

@@ -184,17 +184,20 @@ impl Measured {
         let other = subject.clone();
         let stopped = AtomicBool::new(false);
         std::thread::scope(|scope| {
-            let fine = scope.spawn(|| fine_step(other, plan, &stopped));
+            let fine = std::thread::Builder::new()
+                .spawn_scoped(scope, || fine_step(other.clone(), plan, &stopped));
             let usual = self
                 .usual_numbers(subject, plan, say)
                 .and_then(|study| say("finer integration step").map(|()| study));
             stopped.store(usual.is_err(), Ordering::Relaxed);
             let mut study = usual?;
-            let fine = fine.join();
-            study.fine_step = match fine {
-                Ok(fine) => Some(Box::new(fine?)),
-                Err(panic) => std::panic::resume_unwind(panic),
+            let fine = match fine.map(std::thread::ScopedJoinHandle::join) {
+                Ok(Ok(fine)) => fine?,
+                Ok(Err(panic)) => std::panic::resume_unwind(panic),
+                // The system refuses a thread.
+                Err(_) => fine_step(other.clone(), plan, &stopped)?,
             };
+            study.fine_step = Some(Box::new(fine));
             Ok(study)
         })
     }
