@@ -7,6 +7,8 @@ is hardly held.
 With `--gaits` steps cost, too, that lack something of the commanded gait, a walk at ω_v = 0 or a run from 1 on: of undisturbed
 bipeds here, on softer ground, and in MuJoCo on its own default contact. With `--anew` the controller to begin with, which may
 do neither, is hardly imitated from 0.6 to 2.8, and little beyond.
+With `--hard-pushes` half of the bipeds begin with pushes from where the controller falls; every 20 iterations these are
+looked for anew.
 Exploration noise lasts for about 0.1 s, because noise that is new in every control period hardly moves the body; the
 gradient is that of what is new in it. The actor is the mean of a network and its mirror image, so the controller to begin with
 must be one.
@@ -29,13 +31,14 @@ import csv
 import json
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 from gaits import Steps
+from hard_pushes import HardPushes
 from safetensors import safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
@@ -56,6 +59,7 @@ NEAR_ZERO = 0.4  # s/m, of a command; beyond it what search has taught about pus
 # s/m and weight: from these commands on no more of what it did before is imitated with `--anew`. The run is held a little.
 ANEW = ((0.6, HARDLY), (2.8, 5.0))
 AT_SPEED = 2.5  # s/m, the least command at which `--at-speed-like` is imitated
+LOOK_EVERY = 20  # iterations, with `--hard-pushes`
 LEAST_NOISE, NOISE_LASTS = 0.02, 0.9  # standard deviation; what remains of the noise in the next control period
 
 
@@ -72,6 +76,7 @@ class Group:
     commands: str = "0 and whole"  # which it is given, see `Bipeds.drawn`
     gait: bool = False  # whether steps cost that lack something of the commanded gait
     in_mujoco: bool = False
+    hard: bool = False  # whether it begins with pushes from where the controller falls
 
 
 def pushed(forward_n: tuple[float, float] = (0, 0), up_n: tuple[float, float] = (0, 0)) -> dict[str, Any]:
@@ -106,7 +111,16 @@ SOFT_GROUND = {"body": {"contact_stiffness": (0.2, 0.5), "contact_dissipation_s_
 STEPS_UP = {"terrain": {"steps": {"height_m": (0.005, 0.035), "spacing_m": (1.5, 3.0)}}}
 
 
-def groups(keep: float, elsewhere: float, near_zero: float, gaits: bool = False, anew: bool = False) -> list[Group]:
+# Of the others, where half of the bipeds are pushed hard.
+SHARES_BESIDE_HARD = {
+    **{"other bodies": 0.06, "raised mass": 0.16},
+    **{"forward": 0.08, "backward": 0.05, "down": 0.05, "any direction": 0.06},
+}
+
+
+def groups(
+    keep: float, elsewhere: float, near_zero: float, gaits: bool = False, anew: bool = False, hard: bool = False
+) -> list[Group]:
     """Who meets what; `keep` is the weight on flat ground, undisturbed, `elsewhere` after pushes forward beyond NEAR_ZERO,
     `near_zero` within it after pushes forward, backward and in any direction (not those down)."""
     any_direction = pushed(forward_n=(-300, 300), up_n=(-300, 300))
@@ -128,6 +142,9 @@ def groups(keep: float, elsewhere: float, near_zero: float, gaits: bool = False,
         ]
     if anew:
         parts.append(Group("to run", 0.25, None, HARDLY, HARDLY, commands="to run", gait=True))
+    if hard:
+        parts = [replace(part, share=SHARES_BESIDE_HARD.get(part.name, part.share)) for part in parts]
+        parts.append(Group("hard pushes", 0.5, None, HARDLY, HARDLY, hard=True))
     return parts
 
 
@@ -164,6 +181,11 @@ class Actor(nn.Module):
         mirrored = self.half(observations[:, OBSERVATION_MIRROR])[:, ACTION_MIRROR]
         return torch.tanh(0.5 * (self.half(observations) + mirrored))
 
+    def act(self, observations: np.ndarray) -> np.ndarray:
+        """Without noise, from what is not scaled yet."""
+        with torch.no_grad():
+            return self(torch.from_numpy((observations * self.scale.numpy()).astype(np.float32))).numpy()
+
     def written(self, observations: Tensor) -> Tensor:
         """What the file's network gives, before the tanh."""
         rows = observations
@@ -194,14 +216,23 @@ class Bipeds:
     """All groups side by side."""
 
     def __init__(
-        self, controller: Path, parts: list[Group], count: int, at_zero: float, rng: np.random.Generator, anew: bool = False
+        self,
+        controller: Path,
+        parts: list[Group],
+        count: int,
+        at_zero: float,
+        rng: np.random.Generator,
+        anew: bool = False,
+        begin: Path | None = None,
     ) -> None:
         self.parts, self.at_zero, self.rng, self.anew = parts, at_zero, rng, anew
+        self.begin = begin or controller
+        self.hard: HardPushes | None = None
         self.environments, self.commands, observations, group = [], [], [], []
         for index, part in enumerate(parts):
-            bipeds = max(1, round(count * part.share))
+            environment = self.environment(part, max(1, round(count * part.share)), controller)
+            bipeds = environment.num_envs
             group += [index] * bipeds
-            environment = self.environment(part, bipeds, controller)
             commands = self.drawn(part, bipeds)
             first, _ = environment.reset(seed=int(rng.integers(2**31)), options={"omega_v": commands})
             self.environments.append(environment)
@@ -218,12 +249,17 @@ class Bipeds:
             from mujoco_bipeds import MujocoBipeds  # here, so that MuJoCo is not needed without it
 
             return MujocoBipeds(count, controller, self.rng)
+        if part.hard:
+            self.hard = HardPushes(count, controller, self.rng, Actor(self.begin))
+            return self.hard
         return PassiveBipedVectorEnv(
             count, controller=controller, randomization=part.randomization, autoreset_mode="SameStep"
         )
 
     def drawn(self, part: Group, count: int) -> np.ndarray:
         """Commands: 0, near 0, and the rest; those of a walk and of a run where gaits are learned on other ground."""
+        if part.hard and self.hard:
+            return self.hard.omega_v.copy()
         chance = self.rng.random(count)
         if part.commands == "to run":
             return self.rng.uniform(0.9, 2.8, count)
@@ -416,6 +452,7 @@ def main() -> None:
     parser.add_argument("--at-speed-like", type=Path, help=f"controller to imitate there at ω_v > {AT_SPEED:g}")
     parser.add_argument("--gaits", type=float, default=0.0, help="cost of what a step lacks of its gait, 0.4 for example")
     parser.add_argument("--at-zero", type=float, default=0.65, help="share of the strongly disturbed at or near ω_v = 0")
+    parser.add_argument("--hard-pushes", action="store_true", help="half of the bipeds are pushed where it falls")
     parser.add_argument("--anew", action="store_true", help="with --gaits: hardly imitate it at ω_v from 0.6 to 2.8")
     arguments = parser.parse_args()
     if arguments.anew and not arguments.gaits > 0:
@@ -424,9 +461,11 @@ def main() -> None:
     torch.set_num_threads(1)
     torch.manual_seed(arguments.seed)
     rng = np.random.default_rng(arguments.seed)
-    parts = groups(arguments.keep, arguments.elsewhere, arguments.near_zero, arguments.gaits > 0, arguments.anew)
-    bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng, arguments.anew)
-    actor, before = Actor(arguments.begin or arguments.controller), Actor(arguments.controller).requires_grad_(False)
+    weights = (arguments.keep, arguments.elsewhere, arguments.near_zero)
+    parts = groups(*weights, arguments.gaits > 0, arguments.anew, arguments.hard_pushes)
+    begin = arguments.begin or arguments.controller
+    bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng, arguments.anew, begin)
+    actor, before = Actor(begin), Actor(arguments.controller).requires_grad_(False)
     at_speed = Actor(arguments.at_speed_like or arguments.controller).requires_grad_(False)
     learner = Learner(actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise, arguments.gaits)
     seconds_of = CONTROL_PERIODS * CONTROL_PERIOD_S * np.bincount(bipeds.group)  # a group's in an iteration
@@ -443,6 +482,8 @@ def main() -> None:
             share_left = 1 - iteration / arguments.iterations
             learner.actor_adam.param_groups[0]["lr"] = arguments.learning_rate * max(0.02, share_left)
             keep = bipeds.keep()
+            if bipeds.hard and iteration % LOOK_EVERY == 0:
+                bipeds.hard.look(actor)
             done = learner.rollout()
             bipeds.change_commands()
             moved, divergence = learner.update(done, keep, critic_alone=iteration <= 6)

@@ -1,6 +1,7 @@
 """Contract: the steps of experiments/hardening/gaits.py lack nothing where they are those of the commanded gait, more the less
 they are like them, and nothing where no gait is commanded; the bipeds of mujoco_bipeds.py are observed and end as ours do,
-and move as experiments/mujoco_transfer/transfer.py has them move on MuJoCo's default contact."""
+and move as experiments/mujoco_transfer/transfer.py has them move on MuJoCo's default contact; those of hard_pushes.py are
+pushed as their episodes begin, most of them where the controller falls."""
 
 import numpy as np
 import pytest
@@ -123,3 +124,55 @@ def test_bipeds_in_mujoco_fall_and_begin_anew(mujoco_bipeds):
     assert abs(observations[index][1]) < bipeds.end["pitch_limit_rad"]
     assert bipeds.positions[index, 1] > bipeds.end["min_hip_height_m"]
     assert not np.array_equal(info["final_obs"][index], observations[index])
+
+
+@pytest.fixture
+def hard_pushes(monkeypatch):
+    script = experiment_script("hardening/hard_pushes.py")
+    # A push that some motions withstand, and one that none does.
+    monkeypatch.setattr(script, "PUSHES", ((0.0, 320.0), (3.0, 800.0)))
+    monkeypatch.setattr(script, "TRIED", 24)
+    monkeypatch.setattr(script, "MOTIONS", 2)
+    actor = experiment_script("hardening/policy_gradient.py").Actor(ROBUST)
+    bipeds = script.HardPushes(40, ROBUST, np.random.default_rng(1), actor)
+    bipeds.begun = bipeds.reset(options={}, seed=1)[0]
+    return script, bipeds, actor
+
+
+def test_the_pushes_that_it_falls_from_are_found(hard_pushes, capsys):
+    script, bipeds, actor = hard_pushes
+    some, all_of_them = (len(hard) for hard in bipeds.hard)
+    assert 0 < some < 24 and all_of_them == 24
+    # One by one, in an environment of their own.
+    push = {"forward_n": 320.0, "start_s": 0.0, "duration_s": 0.1}
+    alone = gaitshift.PassiveBipedEnv(controller=str(ROBUST), disturbance={"pushes": [push]})
+    for start in bipeds.starts[0]:
+        observation, _ = alone.reset(options={"state": (start[:11], start[11:]), "omega_v": 0.0})
+        fell = False
+        for _ in range(script.TRIED_FOR):
+            observation, _, fell, _, _ = alone.step(actor.act(observation[None])[0])
+            if fell:
+                break
+        assert fell == any(np.array_equal(start, hard) for hard in bipeds.hard[0])
+    bipeds.look(actor)
+    assert "320 N at 0:" in capsys.readouterr().out
+
+
+def test_most_episodes_begin_with_such_a_push_and_end_with_it(hard_pushes):
+    script, bipeds, actor = hard_pushes
+    assert bipeds.num_envs == 40 and list(np.unique(bipeds.omega_v)) == [0.0, 3.0]
+    rows = np.concatenate([np.concatenate(bipeds.drawn(0)["state"], 1) for _ in range(20)])
+    hard = np.mean([any(np.array_equal(row, one) for one in bipeds.hard[0]) for row in rows])
+    share = len(bipeds.hard[0]) / 24
+    assert hard == pytest.approx(script.HARD + (1 - script.HARD) * share, abs=0.08)
+    observations = bipeds.begun
+    assert (observations[:, -1] == bipeds.omega_v).all()
+    falls, cut_off = np.zeros(40, int), np.zeros(40, int)
+    for _ in range(script.EPISODE):
+        observations, _, terminated, truncated, info = bipeds.step(actor.act(observations))
+        assert (terminated & truncated).sum() == 0
+        for biped in np.flatnonzero(terminated | truncated):
+            assert info["final_obs"][biped].shape == (14,) and bipeds.age[biped] == 0
+        falls, cut_off = falls + terminated, cut_off + truncated
+    assert (falls[20:] >= 2).all() and cut_off[20:].sum() == 0
+    assert falls[:20].sum() > 0 and cut_off[:20].sum() > 0
