@@ -156,7 +156,15 @@ impl Controller {
             cause,
             remedy: REMEDY,
         };
-        let json = tensors::text(bytes).map_err(error)?;
+        let of_checkpoint = path
+            .parent()
+            .is_some_and(|folder| folder.ends_with("checkpoint"));
+        let json = tensors::text(bytes).map_err(|cause| match of_checkpoint {
+            true => error(
+                "it is part of a checkpoint; the run's folder stands for its controller".to_owned(),
+            ),
+            false => error(cause),
+        })?;
         let damaged_metadata =
             |e: serde_json::Error| error(format!("its metadata is damaged: {e}"));
         let mut description: Value = serde_json::from_str(&json).map_err(damaged_metadata)?;

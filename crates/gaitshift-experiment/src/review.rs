@@ -28,9 +28,13 @@ impl Review {
             Some((name, text)) => Experiment::base_of(text, &format!("recipe `{name}`"))?,
             None => Experiment::base_of(&read(Path::new(file_or_recipe))?, file_or_recipe)?,
         };
-        let (base, before) = match base {
-            Some((name, base)) => (Some(name), base),
-            None => (None, Experiment::load(file_or_recipe)?),
+        let (base, before) = match (base, recipe) {
+            // With changes of single values a recipe is what they change.
+            (_, Some((name, _))) if is_changed(&Experiment::load(name)?, experiment)? => {
+                (Some((*name).to_owned()), Experiment::load(name)?)
+            }
+            (Some((name, base)), _) => (Some(name), base),
+            (None, _) => (None, Experiment::load(file_or_recipe)?),
         };
         let mut warnings = experiment.warnings();
         warnings.extend(unreached(experiment));
@@ -41,6 +45,12 @@ impl Review {
             warnings,
         })
     }
+}
+
+/// Whether anything is changed but the threads, which are the machine's.
+fn is_changed(before: &Experiment, after: &Experiment) -> Result<bool, ConfigError> {
+    let edits = edits(before, after)?;
+    Ok(edits.iter().any(|edit| edit.key != "learner.threads"))
 }
 
 /// A leg of another length beside the base's height of a fall.
@@ -97,7 +107,14 @@ fn differences(before: &Experiment, after: &Experiment) -> Result<Vec<String>, C
             let (count, steps) = (e.curriculum.phases.len(), e.curriculum.total_steps());
             format!("{count} of {steps} steps in all")
         };
-        let (from, to) = (phases(&before), phases(&after));
+        let names = |e: &Experiment| {
+            let quoted = e.curriculum.phases.iter().map(|p| format!("`{}`", p.name));
+            quoted.collect::<Vec<_>>().join(", ")
+        };
+        let (mut from, mut to) = (phases(&before), phases(&after));
+        if from == to {
+            (from, to) = (names(&before), names(&after));
+        }
         differences.push(format!("`{PHASES}`, {to} instead of {from}"));
     }
     Ok(differences)

@@ -461,7 +461,15 @@ fn a_body_file_may_be_an_experiment() {
             }
         );
     }
+    // The body of the file that it is based on was dropped without a word.
+    let heavy = "base = \"fast\"\n[body]\nfriction = 0.5\nfoot_mass_kg = 2\n";
+    std::fs::write(folder.path().join("heavy.toml"), heavy).unwrap();
+    std::fs::write(&path, "base = \"./heavy.toml\"\n[body]\nfriction = 0.6\n").unwrap();
+    let body = load_body_overrides(&path, &base).unwrap();
+    assert_eq!((body.friction, body.foot_mass_kg), (0.6, 2.0));
     for text in [
+        "base = \"fast\"\n",
+        "base = \"./mine.toml\"\n[body]\nfriction = 0.6\n",
         "[body]\nfrction = 0.6\n",
         "[bodies]\nfriction = 0.6\n",
         "[body]\nfriction = -1\n",

@@ -17,7 +17,9 @@ pub enum FigureError {
     /// The asked time range holds no recorded motion.
     #[error(
         "the time range {from_s} s to {to_s} s holds no recorded motion: the recording covers \
-         {first_s} s to {last_s} s; choose a range inside it that ends after it starts"
+         {} s to {} s; choose a range inside it that ends after it starts",
+        hundredths(*first_s),
+        hundredths(*last_s)
     )]
     TimeRange {
         /// Start of the asked range in s.
@@ -113,4 +115,9 @@ pub enum FigureError {
         /// What the encoder said.
         cause: String,
     },
+}
+
+/// A time without the digits that its clock adds.
+fn hundredths(time_s: f64) -> f64 {
+    (time_s * 100.0).round() / 100.0
 }

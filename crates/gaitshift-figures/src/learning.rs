@@ -212,14 +212,14 @@ fn draw_group(canvas: &mut Canvas, panel: &Panel, group: &LearningCurves, ink: I
     steps.sort_by(f64::total_cmp);
     steps.dedup();
     let several = group.runs.len() > 1;
-    // At each step the runs that reach there.
+    // At each step that all runs reach: a mean of fewer would jump where one ends.
     let values: Vec<(f64, Vec<f64>)> = steps
         .iter()
         .map(|&step| {
             let reached = group.runs.iter().filter_map(|run| value_at(run, step));
             (step * 1e-6, reached.collect::<Vec<f64>>())
         })
-        .filter(|(_, values)| !values.is_empty())
+        .filter(|(_, values)| values.len() == group.runs.len())
         .collect();
     let millions: Vec<f64> = values.iter().map(|(step, _)| *step).collect();
     let of =

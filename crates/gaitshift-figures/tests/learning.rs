@@ -102,6 +102,9 @@ fn several_runs_are_a_mean_with_a_band_and_one_is_a_line() {
     let one = learning_curves_figure(&[curves("one", &[a])], "criteria met").unwrap();
     assert_eq!(common::count(&one.svg, "<polygon"), 0);
     assert_eq!(common::count(&one.svg, ">one<"), 1);
+    // Where one run ends, the mean ends too; it went on as that of the other.
+    let short = learning_curves_figure(&[curves("two", &[a, &b[..1]])], "criteria met").unwrap();
+    assert_eq!(common::count(&short.svg, "<circle"), 1);
     let same = learning_curves_figure(&[curves("same", &[a, a])], "criteria met").unwrap();
     assert_ne!(both.svg, same.svg);
 }

@@ -1,6 +1,6 @@
 //! The mechanism alone. The texts for `help` stand here and, for editors, in `_native.pyi`.
 
-use crate::convert::{numbers, to_python, value_error, with_overrides};
+use crate::convert::{numbers, to_python, value_error, warn, with_overrides};
 use gaitshift_body::{BodyParameters, BodyState, EnergyAccount};
 use gaitshift_task::{Disturbance, RewardTerms, StepEnergies, TaskParameters, TerrainParameters};
 use numpy::{PyArray1, PyReadonlyArrayDyn};
@@ -39,11 +39,13 @@ impl Body {
     #[new]
     #[pyo3(signature = (parameters = None, terrain = None))]
     fn new(
+        py: Python<'_>,
         parameters: Option<&Bound<'_, PyAny>>,
         terrain: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let parameters: BodyParameters =
             with_overrides(&BodyParameters::default(), parameters, "parameters")?;
+        warn(py, &parameters.warnings(), 1)?;
         let ground = Disturbance {
             terrain: with_overrides(&TerrainParameters::default(), terrain, "terrain")?,
             ..Disturbance::default()

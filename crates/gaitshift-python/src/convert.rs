@@ -4,17 +4,27 @@ use gaitshift_body::BodyParameters;
 use gaitshift_experiment::{Controller, Experiment, did_you_mean};
 use gaitshift_task::TaskParameters;
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::Value;
+use std::ffi::CString;
 use std::fmt::Display;
 use std::path::Path;
 
 /// Something that the caller gave cannot be used.
 pub fn value_error(cause: impl Display) -> PyErr {
     PyValueError::new_err(cause.to_string())
+}
+
+/// Warns of what can be simulated but is probably not meant; so many callers up is the line that is named.
+pub fn warn(py: Python<'_>, warnings: &[String], callers: i32) -> PyResult<()> {
+    let category = py.get_type::<PyUserWarning>();
+    warnings.iter().try_for_each(|warning| {
+        let text = CString::new(warning.as_str()).map_err(value_error)?;
+        PyErr::warn(py, &category, &text, callers)
+    })
 }
 
 /// A value as Python's dictionaries, lists, numbers and texts.
@@ -42,7 +52,13 @@ pub fn from_python(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
 /// Parameters from a table; what it leaves out is as by default, and an unknown key is an error that names the one that was
 /// probably meant.
 pub fn parameters<T: DeserializeOwned>(table: Value, name: &str) -> PyResult<T> {
-    serde_json::from_value(table).map_err(|e| value_error(did_you_mean(&format!("`{name}`: {e}"))))
+    serde_path_to_error::deserialize(table).map_err(|e| {
+        let place = match e.path().to_string() {
+            path if path == "." => format!("`{name}`"),
+            path => format!("`{name}`, `{path}`"),
+        };
+        value_error(did_you_mean(&format!("{place}: {}", e.inner())))
+    })
 }
 
 /// `base` with the keys that a dictionary replaces; an unknown key is an error that names the one that was probably meant.
@@ -88,7 +104,11 @@ pub fn body_and_task(
             (experiment.body, experiment.task)
         }
     };
-    let body: BodyParameters = with_overrides(&base_body, body, "body")?;
+    let changes = body;
+    let body: BodyParameters = with_overrides(&base_body, changes, "body")?;
+    if let Some(changes) = changes.filter(|_| body != base_body) {
+        warn(changes.py(), &body.warnings(), 2)?;
+    }
     let task: TaskParameters = with_overrides(&base_task, task, "task")?;
     let body = gaitshift_body::Body::new(body).map_err(value_error)?;
     task.validate(body.parameters()).map_err(value_error)?;

@@ -1,7 +1,7 @@
 //! Training runs, without the interpreter's lock.
 
 use crate::batch::recording_metadata;
-use crate::convert::{to_python, value_error};
+use crate::convert::{to_python, value_error, warn};
 use gaitshift_analysis::{AnalysisOptions, Recording, summarise};
 use gaitshift_body::{Body, BodyParameters};
 use gaitshift_experiment::{
@@ -36,6 +36,7 @@ pub fn train(
 ) -> PyResult<PathBuf> {
     let loaded = Experiment::load(experiment).map_err(value_error)?;
     let mut resolved = loaded.with_values(&set).map_err(value_error)?;
+    warn(py, &resolved.warnings(), 2)?;
     // What the program would be told: it makes the same controller.
     let mut words = vec!["train".to_owned(), experiment.to_owned()];
     for assignment in set {

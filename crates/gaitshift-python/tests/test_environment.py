@@ -184,6 +184,10 @@ def test_parameters_can_be_read_and_changed():
         ({"body": {"foot_mass_kg": object()}}, ValueError, "`body`"),
         ({"body": {"foot_mass_kg": "heavy"}}, ValueError, "heavy"),
         ({"body": 3}, TypeError, "body"),
+        ({"disturbance": {"latency_s": [3]}}, ValueError, "`latency_s`"),
+        ({"disturbance": {"pushes": [{"forward_n": "a"}]}}, ValueError, "forward_n"),
+        ({"disturbance": {"terrain": 3}}, ValueError, "`terrain`: .* expected a table"),
+        ({"randomization": {"latency_s": 0.01}}, ValueError, "`latency_s`"),
         ({"body": {"time_step_s": 0.003}}, ValueError, "control_period_s"),
         ({"task": {"control_period_s": 0.0}}, ValueError, "control_period_s"),
         ({"experiment": "slow"}, ValueError, "slow"),
@@ -202,6 +206,13 @@ def test_parameters_can_be_read_and_changed():
 def test_what_cannot_be_made_is_refused(options, error, words):
     with pytest.raises(error, match=words):
         gymnasium.make(ID, **options)
+
+
+def test_a_body_out_of_proportion_is_warned_of():
+    with pytest.warns(UserWarning, match="`leg_length_m` is 1"):
+        gaitshift.Body({"leg_length_m": 1.0})
+    with pytest.warns(UserWarning, match="`leg_length_m` is 1"):
+        gaitshift.PassiveBipedEnv(body={"leg_length_m": 1.0})
 
 
 # It was a ValueError, on which make_vec_env, which tries "rgb_array" and on a TypeError goes without, gave up.

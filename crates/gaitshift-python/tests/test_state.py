@@ -92,6 +92,7 @@ def test_states_of_several_environments():
         (3, "pair"),
         (([np.nan] * 11, [0.0] * 11), "finite"),
         (("a", "b"), "pair"),
+        ((0.0, 0.0), "(11,)"),
     ],
 )
 def test_states_that_are_none_are_refused(state, words):

@@ -319,8 +319,20 @@ fn at(text: &str, error: nanoexpr::Error) -> String {
         }
         _ => ", at its end".to_owned(),
     };
+    let part = text.get(error.span.start..error.span.end);
+    let remedy = match part.map(str::trim) {
+        Some("and") => "; write `&&`",
+        Some("or") => "; write `||`",
+        Some("not") => "; write `!`",
+        Some("if" | "else") => "; write `condition ? this : that`",
+        _ => "",
+    };
+    let shown = match text.char_indices().nth(200) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    };
     format!(
-        "the expression \"{text}\" has an error: {}{place}",
+        "the expression \"{shown}\" has an error: {}{place}{remedy}",
         error.kind
     )
 }

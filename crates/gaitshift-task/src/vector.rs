@@ -244,7 +244,7 @@ impl VectorEnvironment {
             return Err(TaskError {
                 key: "disturbance.pushes.phase".to_owned(),
                 value: format!("{:?}", push.phase.unwrap_or_default()),
-                accepted: "left out: an environment does not know its strides beforehand",
+                accepted: "left out, with `start_s` instead: an environment does not know its strides beforehand; recordings take phases",
             });
         }
         self.setting.body = disturbance.place(self.setting.body);

@@ -45,6 +45,9 @@ fn what_is_wrong_is_said_when_it_is_read() {
     ] {
         parse(sound).unwrap();
     }
+    // Python's words.
+    refused("theta_rad > 0.3 and z_m > 1", &["`and`", "write `&&`"]);
+    refused("theta_rad > 0.3 or z_m > 1", &["write `||`"]);
     // Of one number it would be the logarithm to base 10.
     refused("log(z_m)", &["`log(x, 10)`", "`ln(x)`"]);
     let long = vec!["theta_rad"; 300].join(" + ");

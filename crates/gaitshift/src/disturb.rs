@@ -39,16 +39,16 @@ pub struct GroundArguments {
 
     /// A step up of the ground in m, e.g. 0.03, or with its unit, as 3cm; at X = 3 m if not given; may be
     /// given several times
-    #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = step)]
+    #[arg(long, value_name = "HEIGHT[@X]", allow_hyphen_values = true, value_parser = step)]
     pub step_up: Vec<TerrainStep>,
 
     /// A step down of the ground, in the same form
-    #[arg(long, value_name = "HEIGHT[@X]", allow_negative_numbers = true, value_parser = step)]
+    #[arg(long, value_name = "HEIGHT[@X]", allow_hyphen_values = true, value_parser = step)]
     pub step_down: Vec<TerrainStep>,
 
     /// Uneven ground from 1 m on: every 0.25 m a height drawn between plus and minus HEIGHT, in m or with its unit, as 1cm,
     /// joined by straight lines
-    #[arg(long, value_name = "HEIGHT", allow_negative_numbers = true, value_parser = height)]
+    #[arg(long, value_name = "HEIGHT", allow_hyphen_values = true, value_parser = height)]
     pub uneven: Option<f64>,
 }
 
@@ -76,11 +76,11 @@ impl GroundArguments {
 #[command(next_help_heading = "Disturbances")]
 pub struct ActuatorArguments {
     /// Delay from the controller's command to the actuator's force in s, 0 to 1; or with its unit, as 20ms
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = latency)]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = latency)]
     pub latency: Option<f64>,
 
     /// Share of their force that the actuators keep, 0 to 1; for one leg right=0.5 or left=0.5; may be given several times
-    #[arg(long, value_name = "SHARE", allow_negative_numbers = true, value_parser = weak)]
+    #[arg(long, value_name = "SHARE", allow_hyphen_values = true, value_parser = weak)]
     pub weak: Vec<Weak>,
 }
 

@@ -105,6 +105,9 @@ fn described(rows: &[Row], settling_s: f64) -> String {
     let least = starts().fold(f64::INFINITY, f64::min);
     let greatest = starts().fold(f64::NEG_INFINITY, f64::max);
     let seconds = |value: f64| (value * 100.0).round() / 100.0;
+    if least == f64::INFINITY {
+        return "nothing measured".to_owned();
+    }
     if starts().all(|start_s| (start_s - settling_s).abs() < 0.005) {
         format!("measured from {settling_s} s on")
     } else if greatest - least < 0.005 {

@@ -32,13 +32,26 @@ impl Failure {
 
     /// A file or folder that cannot be written.
     pub fn write(path: &Path, cause: &io::Error) -> Self {
+        let path = path.display();
+        match cause.kind() {
+            io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => {
+                return Self::Run(format!(
+                    "cannot write {path}: a file is where a folder is to be; give another --out"
+                ));
+            }
+            io::ErrorKind::IsADirectory => {
+                return Self::Run(format!(
+                    "cannot write {path}: it is a folder; give a file as --out"
+                ));
+            }
+            _ => {}
+        }
         let remedy = match cause.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "make room",
             _ => "check the path and its permissions",
         };
         Self::Run(format!(
-            "cannot write {}: {cause}; {remedy}, or give another --out",
-            path.display()
+            "cannot write {path}: {cause}; {remedy}, or give another --out"
         ))
     }
 

@@ -37,8 +37,9 @@ pub use gaitshift_report::set_program_file;
 use arguments::{Arguments, Command, HardenArguments, TrainArguments};
 use clap::Parser;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use gaitshift_experiment::{Experiment, portable_command};
+use gaitshift_experiment::{Experiment, portable_command, quoted};
 use std::ffi::OsString;
+use std::path::Path;
 
 /// What to write instead of an option that has the name of a value of the body.
 fn meant_as_value(error: &clap::Error) -> Option<String> {
@@ -50,6 +51,17 @@ fn meant_as_value(error: &clap::Error) -> Option<String> {
     known
         .contains(&format!("body.{key}"))
         .then(|| format!("tip: a value of the body is changed with --set {key}=VALUE"))
+}
+
+/// What to write instead of a file or folder that stands alone.
+fn meant_as_controller(error: &clap::Error) -> Option<String> {
+    let Some(ContextValue::String(path)) = error.get(ContextKind::InvalidArg) else {
+        return None;
+    };
+    (error.kind() == ErrorKind::UnknownArgument && Path::new(path).exists()).then(|| {
+        let path = quoted(path);
+        format!("tip: a controller or the folder of a run is given with --controller {path}")
+    })
 }
 
 /// Runs the program with its command line, the first argument being its own name, and gives the exit code: 0 done, 1 failed,
@@ -65,9 +77,13 @@ pub fn run(command_line: impl IntoIterator<Item = OsString>) -> u8 {
             {
                 error.remove(ContextKind::Usage);
             }
+            // No command takes an option's name as a value.
+            if error.kind() == ErrorKind::UnknownArgument {
+                error.remove(ContextKind::Suggested);
+            }
             // If the stream is closed, nobody is there to be told.
             let _ = error.print();
-            if let Some(hint) = meant_as_value(&error) {
+            if let Some(hint) = meant_as_value(&error).or_else(|| meant_as_controller(&error)) {
                 output::note(&hint);
             }
             return u8::try_from(error.exit_code()).unwrap_or(2);

@@ -37,7 +37,7 @@ impl Watcher {
     pub fn new(interrupted: Arc<AtomicBool>, step: u64, stop_at_step: Option<u64>) -> Self {
         let display = if std::io::stderr().is_terminal() {
             let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(4));
-            let template = "{bar:30.cyan/blue} {percent:>3} %  {msg}\n{prefix}";
+            let template = "{bar:14.cyan/blue} {percent:>3} %  {prefix}\n{wide_msg}";
             if let Ok(style) = ProgressStyle::with_template(template) {
                 bar.set_style(style);
             }
@@ -109,7 +109,7 @@ impl Observer for Watcher {
             String::new()
         } else {
             format!(
-                ", mean return {:.0}, {:.0} % of episodes fall",
+                ", return {:.0}, {:.0} % fall",
                 p.mean_return,
                 100.0 * p.fall_share
             )
@@ -119,8 +119,8 @@ impl Observer for Watcher {
             Display::Bar(bar) => {
                 bar.set_length(p.total_steps);
                 bar.set_position(p.step);
-                bar.set_message(format!("{steps}, {pace}"));
-                bar.set_prefix(format!("phase {}{episodes}; {verdict}", p.phase));
+                bar.set_prefix(format!("{steps}, {pace}"));
+                bar.set_message(format!("phase {}{episodes}; {verdict}", p.phase));
             }
             Display::Lines { next } => {
                 let now = Instant::now();

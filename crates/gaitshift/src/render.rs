@@ -156,6 +156,13 @@ fn require_use(a: &RenderArguments, places: &Places) -> Result<(), Failure> {
 /// What is drawn, and where to.
 fn places(a: &RenderArguments) -> Result<Places, Failure> {
     if a.frames {
+        if let Some(out) = a.out.as_deref().filter(|out| names_a_file(out).is_some()) {
+            return Err(Failure::input(format!(
+                "{}: --frames writes a folder of pictures; give a folder, with a `/` at its end if it is called so, or leave \
+                 --frames out for an animation",
+                out.display()
+            )));
+        }
         return Ok(Places {
             animation: a.out.clone(),
             ..Places::default()

@@ -206,8 +206,10 @@ pub fn describe(s: &TransitionSummary) -> Vec<String> {
         format!("upright to the end ({:.1} s)", s.survived_s)
     } else if s.ended_by == ended_by::DIVERGED {
         format!("diverged at {:.2} s", s.survived_s)
-    } else {
+    } else if [ended_by::PITCH, ended_by::HIP_HEIGHT].contains(&s.ended_by.as_str()) {
         format!("fell at {:.2} s", s.survived_s)
+    } else {
+        format!("ended at {:.2} s by `{}`", s.survived_s, s.ended_by)
     };
     let steps = within(s.steps_to_change);
     let mut lines = vec![

@@ -4,6 +4,7 @@ use crate::gaits::Row;
 use crate::output;
 use gaitshift_analysis::recording::ended_by;
 use gaitshift_task::Disturbance;
+use std::collections::BTreeSet;
 
 /// Says it on standard error.
 pub fn note<'a>(rows: impl Iterator<Item = &'a Row> + Clone, disturbance: Option<&Disturbance>) {
@@ -15,13 +16,17 @@ pub fn note<'a>(rows: impl Iterator<Item = &'a Row> + Clone, disturbance: Option
     } else {
         "`time_step_s` may be too large for the body's values"
     };
-    for (by, what) in [
+    let mut causes = vec![
         (ended_by::DIVERGED, format!("diverged: {cause}")),
         (
             ended_by::UNDEFINED,
             "ended because a reward term or a rule of `extra` had no finite value".to_owned(),
         ),
-    ] {
+    ];
+    let named: BTreeSet<&str> = rows.clone().map(|r| r.summary.ended_by.as_str()).collect();
+    let own = named.into_iter().filter(|by| !ended_by::ALL.contains(by));
+    causes.extend(own.map(|by| (by, format!("ended by the rule `{by}`"))));
+    for (by, what) in causes {
         match ended(by) {
             0 => {}
             count => output::note(&format!(

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::motion::Subject;
 use crate::output;
 use gaitshift_analysis::Recording;
-use gaitshift_experiment::{Controller, Experiment};
+use gaitshift_experiment::{Controller, Experiment, quoted};
 use gaitshift_view::{
     RECIPES_RANGE, Server, Show, ViewError, ViewOptions, replay_html, trained_range,
 };
@@ -26,8 +26,9 @@ pub fn run(arguments: &ViewArguments) -> Result<(), Failure> {
             let recording =
                 Recording::read_csv(path).map_err(|e| match Controller::read(path) {
                     Ok(_) => Failure::input(format!(
-                        "{} is a controller; move it with `gaitshift view --controller {0}`",
-                        path.display()
+                        "{} is a controller; move it with `gaitshift view --controller {}`",
+                        path.display(),
+                        quoted(&path.to_string_lossy())
                     )),
                     Err(_) => Failure::input(e),
                 })?;

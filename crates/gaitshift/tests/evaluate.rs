@@ -540,6 +540,13 @@ fn single_values_of_body_and_task_can_be_set() {
         &["frction", "did you mean `friction`?"],
     );
     place.refused("evaluate --set friction", &["KEY=VALUE"]);
+    // The answer was a list of all keys of the body.
+    place.refused(
+        "evaluate --set learner.gamma=1",
+        &["`learner`", "of training", "`task.KEY`"],
+    );
+    place.write("short.toml", "base = \"fast\"\n");
+    place.refused("evaluate --body short.toml", &["short.toml", "[body]"]);
     place.refused(
         "evaluate --set task.control_period_s=0.00015",
         &["control_period_s"],
@@ -675,6 +682,51 @@ fn what_diverged_and_what_never_came_is_said() {
     assert!(
         said(&format!("--set {undefined}")).contains("counted as a fall, ended because a reward")
     );
+}
+
+// A rule of one's own was told as a fall, or not at all; a motion too short to measure was measured from 5 s on.
+#[test]
+fn what_ended_a_motion_is_told_beside_the_table() {
+    let place = Place::new();
+    let rule = "task.termination.extra=[{name=\"leap\",expression=\"time_s>0.005\"}]";
+    let output = place.output(&format!("evaluate --omega-v 0 --set {rule}"));
+    let (said, table) = (output.stderr, output.stdout);
+    assert!(String::from_utf8_lossy(&said).contains("ended by the rule `leap`"));
+    let table = String::from_utf8_lossy(&table);
+    assert!(
+        table.contains("nothing measured") && !table.contains("from 5 s on"),
+        "{table}"
+    );
+}
+
+#[test]
+fn slips_on_the_command_line_are_answered() {
+    let place = Place::new();
+    // Answered by `unexpected argument '-1' found`.
+    for slip in [
+        "--latency -1ms",
+        "--uneven -1cm",
+        "--step-up -3cm",
+        "--step-down -3mm",
+        "--weak -50%",
+    ] {
+        let option = slip.split(' ').next().unwrap();
+        place.refused(&format!("evaluate {slip}"), &[option, "invalid value"]);
+    }
+    place.refused("evaluate --omega-v 0..3", &["FIRST:LAST:STEP"]);
+    // It was told to go behind `--`, where it was taken as a controller.
+    let output = place.output("compare shipped --push 80@5");
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("tip"));
+    place.write("my run.safetensors", "");
+    let mut alone = place.command("evaluate");
+    let output = alone.arg("my run.safetensors").output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("--controller 'my run.safetensors'"), "{said}");
+    // It was told by the system's error and its number.
+    place.write("file", "");
+    let output = place.output("evaluate --omega-v 0 --duration-s 1 --out file");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("a file is where a folder is to be"), "{said}");
 }
 
 // Motions that fell before the change had a row of their own, and the others no falls.

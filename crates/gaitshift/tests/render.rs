@@ -53,6 +53,12 @@ fn a_kind_of_file_that_is_not_written_is_refused() {
         place.refused(&format!("render toy.csv --out {name}"), &words);
         assert!(!place.path(name).exists());
     }
+    // Frames made a folder of a film's name.
+    place.refused(
+        "render toy.csv --frames --out new.gif",
+        &["new.gif", "folder"],
+    );
+    assert!(!place.path("new.gif").exists());
     let quick = "--strobe --stride-at-s 3 --poses 2";
     for folder in ["folder.mp4/", "version-1.5", "a.folder"] {
         place.stdout(&format!("render toy.csv --out {folder} {quick}"));

@@ -177,6 +177,10 @@ fn what_ended_the_motion_is_told() {
     let value: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(value["ended_by"], "diverged");
     assert!(String::from_utf8_lossy(&output.stderr).contains("counted as a fall, diverged"));
+    let rule = "task.termination.extra=[{name=\"late\",expression=\"time_s>1.5\"}]";
+    let text = place.stdout(&format!("transition --start-s 1 --after-s 1 --set {rule}"));
+    assert!(text.contains("s by `late`"), "{text}");
+    place.refused("transition --seed 1..3", &["--seed", "whole number"]);
     let text = place.output("transition --start-s 1 --after-s 1 --set time_step_s=0.01");
     let text = String::from_utf8_lossy(&text.stdout).into_owned();
     assert!(

@@ -99,7 +99,8 @@ pub(crate) fn nearest<'a>(
     known
         .into_iter()
         .filter(likely)
-        .min_by_key(|name| (distance(name), !contained(name)))
+        // Of equally near names the one that begins so: `z_m` for `z`, not `e`.
+        .min_by_key(|name| (distance(name), !contained(name), !name.starts_with(unknown)))
 }
 
 /// `did you mean` with one name or two.
@@ -146,6 +147,16 @@ const PLAIN: [(&str, &str); 5] = [
     ),
 ];
 
+/// `expected struct Push` as `expected a table`.
+fn without_type_name(message: String) -> String {
+    const RUST: &str = "expected struct ";
+    let Some((before, after)) = message.split_once(RUST) else {
+        return message;
+    };
+    let rest = after.trim_start_matches(|c: char| c.is_alphanumeric() || c == '_');
+    format!("{before}expected a table{rest}")
+}
+
 /// A parser's message of an unknown name, with what has become of it or the nearest known name instead of the list of
 /// all, if it is a name of earlier versions or one is near.
 pub fn did_you_mean(message: &str) -> String {
@@ -180,10 +191,11 @@ pub fn did_you_mean(message: &str) -> String {
         (!names.is_empty()).then(|| format!("{what}; {}{rest}", question(&names)))
     };
     near().unwrap_or_else(|| {
-        PLAIN
+        let plain = PLAIN
             .iter()
             .fold(message.to_owned(), |text, (rust, plain)| {
                 text.replace(rust, plain)
-            })
+            });
+        without_type_name(plain)
     })
 }

@@ -118,10 +118,10 @@ impl Criteria {
 }
 
 /// Reads a TOML file that overrides body parameters, e.g. `friction = 0.6`, by themselves or as the table `[body]` of an
-/// experiment, whose other tables say nothing here.
+/// experiment and of the files it is based on, whose other tables say nothing here.
 ///
 /// # Errors
-/// An unreadable file, unknown keys, wrong types, values out of range.
+/// An unreadable file, unknown keys, wrong types, values out of range, an experiment that says nothing of a body.
 pub fn load_body_overrides(
     path: &Path,
     base: &BodyParameters,
@@ -130,13 +130,16 @@ pub fn load_body_overrides(
     let origin = path.display().to_string();
     let parse_error = |e: toml::de::Error| parse_error(&origin, &e.to_string());
     let mut table: toml::Table = toml::from_str(&text).map_err(parse_error)?;
-    // A first reading reports unknown keys and wrong types with their line.
-    if table.contains_key("body") {
-        Experiment::own(&text, &origin)?;
-        if let Some(toml::Value::Table(body)) = table.remove("body") {
-            table = body;
+    if table.keys().any(|key| is_table_of_experiments(key)) {
+        table = Experiment::own_bodies(&text, &origin, &mut Vec::new())?;
+        if table.is_empty() {
+            return Err(self::parse_error(
+                &origin,
+                "it says nothing of a body; give a table [body], or keys of the body alone, such as friction = 0.6",
+            ));
         }
     } else {
+        // A first reading reports unknown keys and wrong types with their line.
         let _: BodyParameters = toml::from_str(&text).map_err(parse_error)?;
     }
     let mut whole =
@@ -146,6 +149,12 @@ pub fn load_body_overrides(
     body.validate()
         .map_err(|source| ConfigError::Body { origin, source })?;
     Ok(body)
+}
+
+/// Whether a key stands at the top of an experiment.
+fn is_table_of_experiments(key: &str) -> bool {
+    let keys = Experiment::default().keys();
+    key == "base" || keys.iter().any(|of| of.split('.').next() == Some(key))
 }
 
 /// Reads a TOML file that describes a disturbance; `origin` of an error is the file.
@@ -186,6 +195,13 @@ pub fn set_body_and_task(
         let origin = format!("`{text}`");
         let mut table =
             toml::Table::try_from(&both).map_err(|e| parse_error(&origin, &e.to_string()))?;
+        let key = text.split(['=', '.']).next().unwrap_or_default().trim();
+        if !["body", "task"].contains(&key) && is_table_of_experiments(key) {
+            return Err(parse_error(
+                &origin,
+                &format!("`{key}` is of training; here keys of the body and `task.KEY` can be set"),
+            ));
+        }
         let own = assignment(text, &["body", "task"])?;
         shape::of_experiment(&own, &origin)?;
         overlay(&mut table, own).map_err(|e| parse_error(&origin, &e))?;

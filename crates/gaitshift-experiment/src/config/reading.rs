@@ -49,7 +49,7 @@ impl Experiment {
     /// # Errors
     /// As [`Experiment::parse`], an unknown name, or a file that cannot be read.
     pub fn load(file_or_recipe: &str) -> Result<Self, ConfigError> {
-        if file_or_recipe.contains(['/', '\\', '.']) {
+        if is_path(file_or_recipe) {
             Self::read(Path::new(file_or_recipe))
         } else {
             Self::recipe(file_or_recipe)
@@ -129,29 +129,33 @@ impl Experiment {
         within: &mut Vec<PathBuf>,
     ) -> Result<Self, ConfigError> {
         let key = format!("{origin}: key `{key}`");
-        if !name.contains(['/', '\\', '.']) {
+        if !is_path(name) {
             let remedy = format!("file is named by a path, such as ./{name}.toml");
             return Self::named(name, &key, remedy);
         }
-        let folder = Path::new(origin).parent().unwrap_or(Path::new(""));
-        let path = folder.join(name);
-        let same = |other: &PathBuf| match (other.canonicalize(), path.canonicalize()) {
-            (Ok(other), Ok(path)) => other == path,
-            _ => false,
+        let (text, path) = file_of(name, &key, origin, within)?;
+        Self::parse_within(&text, &path, within)
+    }
+
+    /// The tables `[body]` of a text and of the files it is based on, one over the other; not of a recipe, whose body is the default.
+    pub(super) fn own_bodies(
+        text: &str,
+        origin: &str,
+        within: &mut Vec<PathBuf>,
+    ) -> Result<toml::Table, ConfigError> {
+        let (own, mut table) = Self::own(text, origin)?;
+        let mut bodies = match own.base.as_deref().filter(|name| is_path(name)) {
+            None => toml::Table::new(),
+            Some(name) => {
+                let key = format!("{origin}: key `base`");
+                let (text, path) = file_of(name, &key, origin, within)?;
+                Self::own_bodies(&text, &path, within)?
+            }
         };
-        within.push(PathBuf::from(origin));
-        if within.iter().any(same) {
-            return Err(parse_error(
-                &key,
-                &format!("{} is based on itself", path.display()),
-            ));
+        if let Some(toml::Value::Table(body)) = table.remove("body") {
+            overlay(&mut bodies, body).map_err(|e| parse_error(origin, &e))?;
         }
-        let text = std::fs::read_to_string(&path)
-            .map_err(|e| parse_error(&key, &format!(
-                    "cannot read {}: {e}; give the name of a recipe, or a path as it is from the folder of this file",
-                    path.display()
-                )))?;
-        Self::parse_within(&text, &path.display().to_string(), within)
+        Ok(bodies)
     }
 
     /// All values as a table.
@@ -180,6 +184,39 @@ impl Experiment {
         let base = Self::base(name, "base", origin, &mut Vec::new())?;
         Ok(Some((name.to_owned(), base)))
     }
+}
+
+/// Whether a name is a file's and no recipe's.
+fn is_path(name: &str) -> bool {
+    name.contains(['/', '\\', '.'])
+}
+
+/// The text and the path of the file that `key` of the file `origin` names.
+fn file_of(
+    name: &str,
+    key: &str,
+    origin: &str,
+    within: &mut Vec<PathBuf>,
+) -> Result<(String, String), ConfigError> {
+    let folder = Path::new(origin).parent().unwrap_or(Path::new(""));
+    let path = folder.join(name);
+    let same = |other: &PathBuf| match (other.canonicalize(), path.canonicalize()) {
+        (Ok(other), Ok(path)) => other == path,
+        _ => false,
+    };
+    within.push(PathBuf::from(origin));
+    if within.iter().any(same) {
+        return Err(parse_error(
+            key,
+            &format!("{} is based on itself", path.display()),
+        ));
+    }
+    let text = std::fs::read_to_string(&path)
+        .map_err(|e| parse_error(key, &format!(
+                "cannot read {}: {e}; give the name of a recipe, or a path as it is from the folder of this file",
+                path.display()
+            )))?;
+    Ok((text, path.display().to_string()))
 }
 
 /// What a text is based on: what it says, else `paper`, on which the recipes stand without saying so.

@@ -147,7 +147,11 @@ def checked_state(state: Any, num_envs: int | None) -> State:
     """Positions and velocities, each of shape (11,), or for several environments (num_envs, 11)."""
     shape = (11,) if num_envs is None else (num_envs, 11)
     try:
-        positions, velocities = (np.array(np.broadcast_to(np.asarray(x, dtype=np.float64), shape)) for x in state)
+        # One for all environments may have the shape of one; a number is no state.
+        positions, velocities = (np.asarray(x, dtype=np.float64) for x in state)
+        if not all(x.shape in ((11,), shape) for x in (positions, velocities)):
+            raise ValueError
+        positions, velocities = (np.array(np.broadcast_to(x, shape)) for x in (positions, velocities))
     except (TypeError, ValueError):
         raise ValueError(
             f"the option 'state' of reset must be a pair (positions, velocities) of arrays of the shape {shape}, as the "

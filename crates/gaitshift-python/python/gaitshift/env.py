@@ -54,7 +54,8 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
 
     **reset** takes the options ``omega_v`` (the command of this episode) and ``start`` (``"random"`` or ``"default"``: the
     middle of the ranges that starts are drawn from), or ``state`` (positions and velocities, as :attr:`state` gives them, to
-    rounding). ``reset(seed=n)`` starts where ``gaitshift evaluate --seed n`` does.
+    rounding). The ground of ``disturbance`` or ``randomization`` lies where it lies in x, so a state of flat ground may be
+    below it, which ends the episode at once. ``reset(seed=n)`` starts where ``gaitshift evaluate --seed n`` does.
 
     Environments can be pickled and copied (``copy.deepcopy``) in mid-episode; the copy continues to the same bits.
     """

@@ -1,6 +1,6 @@
 //! Arguments of the commands that measure what controllers do.
 
-use super::values::{Commands, Seeds, commands, duration_s, omega_v, seeds, time_s};
+use super::values::{Commands, Seeds, commands, duration_s, omega_v, seed, seeds, time_s};
 use super::{
     ChangeArguments, ControllerArguments, PrintArguments, SubjectArguments, ThreadArguments,
 };
@@ -151,7 +151,7 @@ pub struct TransitionArguments {
     /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
     /// the default start is the middle of these ranges with the right leg in front. Nothing else is
     /// random: the controller acts without noise.
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = seed)]
     pub seed: Option<u64>,
 
     /// Command ω_v before the ramp, -100 to 100

@@ -1,6 +1,6 @@
 //! Arguments of the commands that draw, show, analyse and export.
 
-use super::values::{host_name, number, recorded_s, time_s};
+use super::values::{host_name, number, port, recorded_s, seed, time_s};
 use super::{ChangeArguments, ControllerArguments, PrintArguments};
 use crate::disturb::ModelArguments;
 use clap::{Args, Subcommand};
@@ -109,11 +109,11 @@ pub struct ViewArguments {
     pub body: Vec<PathBuf>,
 
     /// Random start, drawn with this seed [default: the default start]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = seed)]
     pub seed: Option<u64>,
 
     /// Port to listen on [default: 8420, or a free one if that is taken]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = port)]
     pub port: Option<u16>,
 
     /// Address to listen on; with one that is not 127.0.0.1 or ::1, other machines can see and move the biped

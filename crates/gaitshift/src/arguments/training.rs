@@ -1,6 +1,6 @@
 //! Arguments of the commands that train.
 
-use super::values::{Commands, Part, Seeds, commands, impulse, part, seeds, step_height};
+use super::values::{Commands, Part, Seeds, commands, impulse, part, seed, seeds, step_height};
 use super::{ControllerArguments, PrintArguments, ThreadArguments};
 use clap::Args;
 use std::path::PathBuf;
@@ -58,7 +58,8 @@ pub struct TrainArguments {
     #[arg(
         long,
         value_name = "N",
-        allow_negative_numbers = true,
+        allow_hyphen_values = true,
+        value_parser = seed,
         conflicts_with = "resume"
     )]
     pub seed: Option<u64>,

@@ -14,6 +14,19 @@ pub fn number(text: &str) -> Result<f64, String> {
     in_range(text, f64::MIN, f64::MAX, "")
 }
 
+/// One seed, where several would say nothing.
+pub fn seed(text: &str) -> Result<u64, String> {
+    text.trim()
+        .parse()
+        .map_err(|_| format!("`{text}` is no whole number from 0 to {}", u64::MAX))
+}
+
+pub fn port(text: &str) -> Result<u16, String> {
+    text.trim()
+        .parse()
+        .map_err(|_| format!("`{text}` is no whole number from 0 to {}", u16::MAX))
+}
+
 pub fn omega_v(text: &str) -> Result<f64, String> {
     in_range(text, -OMEGA_V_MAX, OMEGA_V_MAX, "")
 }
@@ -34,7 +47,10 @@ pub fn commands(text: &str) -> Result<Commands, String> {
     let parts: Vec<&str> = text.split(':').collect();
     let [first, last, step] = parts[..] else {
         return match parts.len() {
-            1 => Ok(Commands(vec![omega_v(text)?])),
+            1 if text.trim().parse::<f64>().is_ok() => Ok(Commands(vec![omega_v(text)?])),
+            1 => Err(format!(
+                "`{text}` is not a number; a range is FIRST:LAST:STEP, such as 0:3.5:0.5"
+            )),
             _ => Err(format!(
                 "`{text}` is neither a number nor FIRST:LAST:STEP, such as 0:3.5:0.5"
             )),
