@@ -15,9 +15,10 @@ fn what_comes_with_the_program_is_what_training_or_hardening_wrote() {
         (
             "robust",
             "robust",
-            42,
-            "gaitshift harden --controller ../ppo/h1.safetensors --omega-v 0,1,3 --impulse 26:32,-34:-26 --pushes 240 \
-             --rounds 16 --threads 1 --seed 42 --out H2",
+            1,
+            "python experiments/hardening/policy_gradient.py --controller \
+             controllers/robust/running-from-one-searched-twice.safetensors --hard-pushes --at-zero 0.4 --near-zero 100 \
+             --learning-rate 2e-4 --seed 1 --iterations 200 --out F1",
         ),
     ];
     assert!(Controller::names().eq(commands.map(|(name, ..)| name)));

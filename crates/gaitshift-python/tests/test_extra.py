@@ -70,18 +70,20 @@ def test_the_vector_environment_tells_the_same() -> None:
 
 
 def test_the_controller_records_it(tmp_path) -> None:
-    run = gaitshift.train(
-        "fast",
-        out=tmp_path / "run",
-        set={
-            "task.reward.extra": [TERM],
-            "learner.actor_hidden": [8],
-            "learner.critic_hidden": [8],
-            "training.evaluation_interval_steps": 10**9,
-            "training.metrics_interval_steps": 640,
-        },
-        steps=3200,
-    )
+    # As the program does.
+    with pytest.warns(UserWarning, match="tells left from right"):
+        run = gaitshift.train(
+            "fast",
+            out=tmp_path / "run",
+            set={
+                "task.reward.extra": [TERM],
+                "learner.actor_hidden": [8],
+                "learner.critic_hidden": [8],
+                "training.evaluation_interval_steps": 10**9,
+                "training.metrics_interval_steps": 640,
+            },
+            steps=3200,
+        )
     assert (run.metrics["reward/calm"] < 0).all()
     recording = gaitshift.Controller.load(run.folder / "controller-last.safetensors").record(1.0, duration_s=0.5)
     assert recording["reward_calm"][1:].max() < 0

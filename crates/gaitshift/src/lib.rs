@@ -53,6 +53,18 @@ fn meant_as_value(error: &clap::Error) -> Option<String> {
         .then(|| format!("tip: a value of the body is changed with --set {key}=VALUE"))
 }
 
+/// Why a model is exported without what only a motion has.
+fn not_in_a_model(error: &clap::Error, command_line: &[OsString]) -> Option<String> {
+    let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else {
+        return None;
+    };
+    let exports = command_line.get(1).is_some_and(|word| word == "export");
+    (exports && ["--push", "--noise"].contains(&option.as_str())).then(|| {
+        "tip: a model holds neither pushes nor noise; the script that steps it applies them"
+            .to_owned()
+    })
+}
+
 /// What to write instead of a file or folder that stands alone.
 fn meant_as_controller(error: &clap::Error) -> Option<String> {
     let Some(ContextValue::String(path)) = error.get(ContextKind::InvalidArg) else {
@@ -83,7 +95,10 @@ pub fn run(command_line: impl IntoIterator<Item = OsString>) -> u8 {
             }
             // If the stream is closed, nobody is there to be told.
             let _ = error.print();
-            if let Some(hint) = meant_as_value(&error).or_else(|| meant_as_controller(&error)) {
+            if let Some(hint) = meant_as_value(&error)
+                .or_else(|| meant_as_controller(&error))
+                .or_else(|| not_in_a_model(&error, &command_line))
+            {
                 output::note(&hint);
             }
             return u8::try_from(error.exit_code()).unwrap_or(2);

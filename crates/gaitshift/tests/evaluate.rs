@@ -717,6 +717,8 @@ fn slips_on_the_command_line_are_answered() {
     // It was told to go behind `--`, where it was taken as a controller.
     let output = place.output("compare shipped --push 80@5");
     assert!(!String::from_utf8_lossy(&output.stderr).contains("tip"));
+    let output = place.output("export mjcf --push 10@3");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("tip: a model holds neither pushes"));
     place.write("my run.safetensors", "");
     let mut alone = place.command("evaluate");
     let output = alone.arg("my run.safetensors").output().unwrap();

@@ -87,7 +87,7 @@ def train(
 
     Releases the GIL, so other threads keep running. Ctrl-C writes a checkpoint and raises ``KeyboardInterrupt``;
     an exception in the callback also writes one. :meth:`Run.resume` continues from there.
-    Evaluations and notes go to the logger ``gaitshift``.
+    Evaluations and notes go to the logger ``gaitshift``; what is probably not meant is a ``UserWarning``.
 
     Args:
         experiment: a recipe (``paper``, ``journal``, ``fast``, ``robust``) or the path of an experiment's file.

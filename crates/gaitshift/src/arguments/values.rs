@@ -18,7 +18,12 @@ pub fn number(text: &str) -> Result<f64, String> {
 pub fn seed(text: &str) -> Result<u64, String> {
     text.trim()
         .parse()
-        .map_err(|_| format!("`{text}` is no whole number from 0 to {}", u64::MAX))
+        .map_err(|_| {
+            format!(
+                "`{text}` is no whole number from 0 to {}; one seed is taken here, `evaluate --seed` and `train --seeds` take several",
+                u64::MAX
+            )
+        })
 }
 
 pub fn port(text: &str) -> Result<u16, String> {
