@@ -9,6 +9,8 @@ bipeds here, on softer ground, and in MuJoCo on its own default contact. With `-
 do neither, is hardly imitated from 0.6 to 2.8, and little beyond.
 With `--hard-pushes` half of the bipeds begin with pushes from where the controller falls; every 20 iterations these are
 looked for anew.
+With `--raised-like` many of the bipeds have the hip's mass far above its axis; there two other controllers are imitated, which
+have learned such bodies alone.
 Exploration noise lasts for about 0.1 s, because noise that is new in every control period hardly moves the body; the
 gradient is that of what is new in it. The actor is the mean of a network and its mirror image, so the controller to begin with
 must be one.
@@ -31,6 +33,7 @@ import csv
 import json
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -77,6 +80,7 @@ class Group:
     gait: bool = False  # whether steps cost that lack something of the commanded gait
     in_mujoco: bool = False
     hard: bool = False  # whether it begins with pushes from where the controller falls
+    taught: bool = False  # whether the controllers of `--raised-like` are imitated
 
 
 def pushed(forward_n: tuple[float, float] = (0, 0), up_n: tuple[float, float] = (0, 0)) -> dict[str, Any]:
@@ -118,8 +122,18 @@ SHARES_BESIDE_HARD = {
 }
 
 
+# The same where half of them have the mass far above the axis.
+SHARES_BESIDE_RAISED = {"other bodies": 0.08, "raised mass": 0.16, "forward": 0.12, "backward": 0.08}
+
+
 def groups(
-    keep: float, elsewhere: float, near_zero: float, gaits: bool = False, anew: bool = False, hard: bool = False
+    keep: float,
+    elsewhere: float,
+    near_zero: float,
+    gaits: bool = False,
+    anew: bool = False,
+    hard: bool = False,
+    raised: bool = False,
 ) -> list[Group]:
     """Who meets what; `keep` is the weight on flat ground, undisturbed, `elsewhere` after pushes forward beyond NEAR_ZERO,
     `near_zero` within it after pushes forward, backward and in any direction (not those down)."""
@@ -145,6 +159,9 @@ def groups(
     if hard:
         parts = [replace(part, share=SHARES_BESIDE_HARD.get(part.name, part.share)) for part in parts]
         parts.append(Group("hard pushes", 0.5, None, HARDLY, HARDLY, hard=True))
+    if raised:
+        parts = [replace(part, share=SHARES_BESIDE_RAISED.get(part.name, part.share)) for part in parts]
+        parts.append(Group("far raised", 0.5, {"hip_com_height_m": (0.06, 0.1)}, 30.0, 30.0, commands="all", taught=True))
     return parts
 
 
@@ -337,7 +354,15 @@ class Learner:
     """The actor, the critic, which also knows the group, and the noise."""
 
     def __init__(
-        self, actor: Actor, before: Actor, at_speed: Actor, bipeds: Bipeds, rate: float, noise: float, gaits: float = 0.0
+        self,
+        actor: Actor,
+        before: Actor,
+        at_speed: Actor,
+        bipeds: Bipeds,
+        rate: float,
+        noise: float,
+        gaits: float = 0.0,
+        raised_like: Sequence[Path] = (),
     ) -> None:
         self.actor, self.before, self.at_speed, self.bipeds, self.gaits = actor, before, at_speed, bipeds, gaits
         self.forward = torch.tensor([part.forward for part in bipeds.parts])
@@ -352,6 +377,10 @@ class Learner:
         deviation = LEAST_NOISE * (noise / LEAST_NOISE) ** bipeds.rng.random((bipeds.count, 1))
         self.fresh = (deviation * np.sqrt(1 - NOISE_LASTS**2)).astype(np.float32)
         self.noise = np.zeros((bipeds.count, 2), np.float32)
+        self.taught = torch.tensor([part.taught for part in bipeds.parts])
+        self.teachers = [Actor(path).requires_grad_(False) for path in raised_like]
+        if any(not torch.equal(teacher.scale, actor.scale) for teacher in self.teachers):
+            raise SystemExit("--raised-like: their observations are scaled otherwise; give controllers of the same recipe")
 
     def rollout(self) -> Rollout:
         bipeds, scale = self.bipeds, self.actor.scale.numpy()
@@ -375,10 +404,16 @@ class Learner:
         return done
 
     def to_imitate(self, seen: Tensor, group: Tensor) -> Tensor:
-        """What is imitated: the controller as it was, at speed after pushes forward the other one."""
+        """What is imitated: the controller as it was, at speed after pushes forward the other one, and on bodies with the mass
+        far above the axis those that know them."""
         other = self.forward[group] & (seen[:, OMEGA_V] > AT_SPEED * self.actor.scale[OMEGA_V])
         imitated = self.before(seen)
         imitated[other] = self.at_speed(seen[other])
+        if self.teachers:
+            near_zero = seen[:, OMEGA_V].abs() < NEAR_ZERO * self.actor.scale[OMEGA_V]
+            for teacher, where in zip(self.teachers, (~near_zero, near_zero)):
+                rows = self.taught[group] & where
+                imitated[rows] = teacher(seen[rows])
         return imitated
 
     def advantages(self, done: Rollout) -> tuple[Tensor, Tensor]:
@@ -453,6 +488,10 @@ def main() -> None:
     parser.add_argument("--gaits", type=float, default=0.0, help="cost of what a step lacks of its gait, 0.4 for example")
     parser.add_argument("--at-zero", type=float, default=0.65, help="share of the strongly disturbed at or near ω_v = 0")
     parser.add_argument("--hard-pushes", action="store_true", help="half of the bipeds are pushed where it falls")
+    parser.add_argument(
+        "--raised-like", type=Path, nargs=2, default=(), metavar=("BEYOND", "NEAR_ZERO"),
+        help="controllers to imitate with the hip's mass 6 to 10 cm above its axis, at ω_v beyond 0.4 and nearer to 0",
+    )
     parser.add_argument("--anew", action="store_true", help="with --gaits: hardly imitate it at ω_v from 0.6 to 2.8")
     arguments = parser.parse_args()
     if arguments.anew and not arguments.gaits > 0:
@@ -462,12 +501,17 @@ def main() -> None:
     torch.manual_seed(arguments.seed)
     rng = np.random.default_rng(arguments.seed)
     weights = (arguments.keep, arguments.elsewhere, arguments.near_zero)
-    parts = groups(*weights, arguments.gaits > 0, arguments.anew, arguments.hard_pushes)
+    parts = groups(
+        *weights, arguments.gaits > 0, arguments.anew, arguments.hard_pushes, bool(arguments.raised_like)
+    )
     begin = arguments.begin or arguments.controller
     bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng, arguments.anew, begin)
     actor, before = Actor(begin), Actor(arguments.controller).requires_grad_(False)
     at_speed = Actor(arguments.at_speed_like or arguments.controller).requires_grad_(False)
-    learner = Learner(actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise, arguments.gaits)
+    learner = Learner(
+        actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise, arguments.gaits,
+        arguments.raised_like,
+    )
     seconds_of = CONTROL_PERIODS * CONTROL_PERIOD_S * np.bincount(bipeds.group)  # a group's in an iteration
     arguments.out.mkdir(parents=True, exist_ok=True)
     with (arguments.out / "log.csv").open("a", newline="") as log:

@@ -47,6 +47,7 @@ def theirs_path(biped, state, command, seconds, rows):
     return path
 
 
+@pytest.mark.filterwarnings("ignore:.*in proportion")  # the other body
 @pytest.mark.parametrize(
     "parameters",
     [

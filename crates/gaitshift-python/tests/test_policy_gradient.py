@@ -140,3 +140,22 @@ def test_a_run_writes_controllers_and_its_course(script, tmp_path, monkeypatch, 
     assert all(float(row["moved forward"]) == 0 for row in rows[:6])
     assert float(rows[-1]["moved forward"]) > 0
     program("evaluate", "--controller", written, "--omega-v", 0, "--duration-s", 1)
+
+
+def test_far_above_the_axis_two_others_are_imitated(script, tmp_path):
+    for name, bias in (("beyond", 1.0), ("near-zero", -1.0)):
+        teacher = script.Actor(ROBUST)
+        with torch.no_grad():
+            teacher.layers[-1].bias += bias
+        teacher.save(tmp_path / name, seed=1)
+    parts = script.groups(1.0, 1.0, 1.0, raised=True)
+    assert [part.name for part in parts if part.taught] == ["far raised"]
+    bipeds = script.Bipeds(ROBUST, parts, 7, 0.5, np.random.default_rng(1))
+    actors = [script.Actor(ROBUST).requires_grad_(False) for _ in range(3)]
+    paths = (tmp_path / "beyond", tmp_path / "near-zero")
+    learner = script.Learner(*actors, bipeds, 1e-4, 0.15, raised_like=paths)
+    groups = torch.tensor([0, len(parts) - 1]).repeat_interleave(3)
+    seen = torch.zeros(6, 14)
+    seen[:, script.OMEGA_V] = torch.tensor([-0.3, 0.5, 3.0]).repeat(2) * actors[0].scale[script.OMEGA_V]
+    difference = learner.to_imitate(seen, groups) - actors[1](seen)
+    assert (difference[:3] == 0).all() and (difference[3] < 0).all() and (difference[4:] > 0).all()
