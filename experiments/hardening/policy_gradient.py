@@ -117,8 +117,12 @@ STEPS_UP = {"terrain": {"steps": {"height_m": (0.005, 0.035), "spacing_m": (1.5,
 
 # Of the others, where half of the bipeds are pushed hard.
 SHARES_BESIDE_HARD = {
-    **{"other bodies": 0.06, "raised mass": 0.16},
-    **{"forward": 0.08, "backward": 0.05, "down": 0.05, "any direction": 0.06},
+    "other bodies": 0.06,
+    "raised mass": 0.16,
+    "forward": 0.08,
+    "backward": 0.05,
+    "down": 0.05,
+    "any direction": 0.06,
 }
 
 

@@ -92,12 +92,6 @@ pub mod ended_by {
     pub const DIVERGED: &str = "diverged";
     /// A reward term or a rule of one's own had no finite value.
     pub const UNDEFINED: &str = "undefined";
-    /// The trunk pitched too far.
-    pub const PITCH: &str = "pitch";
-    /// The hip sank too low.
-    pub const HIP_HEIGHT: &str = "hip height";
-    /// All but the rules of one's own, which are called by their names.
-    pub const ALL: [&str; 5] = [TIME_LIMIT, DIVERGED, UNDEFINED, PITCH, HIP_HEIGHT];
 }
 
 /// One of the two legs.

@@ -28,13 +28,14 @@ impl Review {
             Some((name, text)) => Experiment::base_of(text, &format!("recipe `{name}`"))?,
             None => Experiment::base_of(&read(Path::new(file_or_recipe))?, file_or_recipe)?,
         };
-        let (base, before) = match (base, recipe) {
+        let as_it_comes = Experiment::load(file_or_recipe)?;
+        let (base, before) = match base {
             // With changes of single values a recipe is what they change.
-            (_, Some((name, _))) if is_changed(&Experiment::load(name)?, experiment)? => {
-                (Some((*name).to_owned()), Experiment::load(name)?)
+            _ if recipe.is_some() && is_changed(&as_it_comes, experiment)? => {
+                (Some(file_or_recipe.to_owned()), as_it_comes)
             }
-            (Some((name, base)), _) => (Some(name), base),
-            (None, _) => (None, Experiment::load(file_or_recipe)?),
+            Some((name, base)) => (Some(name), base),
+            None => (None, as_it_comes),
         };
         let mut warnings = experiment.warnings();
         warnings.extend(unreached(experiment));

@@ -183,9 +183,9 @@ impl Measured {
     ) -> Result<Study, ReportError> {
         let other = subject.clone();
         let stopped = AtomicBool::new(false);
+        let measure_finer = || fine_step(other.clone(), plan, &stopped);
         std::thread::scope(|scope| {
-            let fine = std::thread::Builder::new()
-                .spawn_scoped(scope, || fine_step(other.clone(), plan, &stopped));
+            let fine = std::thread::Builder::new().spawn_scoped(scope, measure_finer);
             let usual = self
                 .usual_numbers(subject, plan, say)
                 .and_then(|study| say("finer integration step").map(|()| study));
@@ -195,7 +195,7 @@ impl Measured {
                 Ok(Ok(fine)) => fine?,
                 Ok(Err(panic)) => std::panic::resume_unwind(panic),
                 // The system refuses a thread.
-                Err(_) => fine_step(other.clone(), plan, &stopped)?,
+                Err(_) => measure_finer()?,
             };
             study.fine_step = Some(Box::new(fine));
             Ok(study)

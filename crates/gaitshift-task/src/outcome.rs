@@ -85,8 +85,8 @@ pub enum EndReason {
 }
 
 impl EndReason {
-    /// What [`EndReason::name`] gives.
-    pub(crate) const NAMES: [&'static str; 6] = [
+    /// What [`EndReason::name`] gives; a rule of one's own has none of these.
+    pub const NAMES: [&'static str; 6] = [
         Self::TimeLimit.name(),
         Self::Pitch.name(),
         Self::HipHeight.name(),

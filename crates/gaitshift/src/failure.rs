@@ -33,26 +33,17 @@ impl Failure {
     /// A file or folder that cannot be written.
     pub fn write(path: &Path, cause: &io::Error) -> Self {
         let path = path.display();
-        match cause.kind() {
+        let what = match cause.kind() {
             io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => {
-                return Self::Run(format!(
-                    "cannot write {path}: a file is where a folder is to be; give another --out"
-                ));
+                "a file is where a folder is to be; give another --out".to_owned()
             }
-            io::ErrorKind::IsADirectory => {
-                return Self::Run(format!(
-                    "cannot write {path}: it is a folder; give a file as --out"
-                ));
+            io::ErrorKind::IsADirectory => "it is a folder; give a file as --out".to_owned(),
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+                format!("{cause}; make room, or give another --out")
             }
-            _ => {}
-        }
-        let remedy = match cause.kind() {
-            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "make room",
-            _ => "check the path and its permissions",
+            _ => format!("{cause}; check the path and its permissions, or give another --out"),
         };
-        Self::Run(format!(
-            "cannot write {path}: {cause}; {remedy}, or give another --out"
-        ))
+        Self::Run(format!("cannot write {path}: {what}"))
     }
 
     /// Says what is wrong and gives the exit code.

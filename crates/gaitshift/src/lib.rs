@@ -41,38 +41,31 @@ use gaitshift_experiment::{Experiment, portable_command, quoted};
 use std::ffi::OsString;
 use std::path::Path;
 
-/// What to write instead of an option that has the name of a value of the body.
-fn meant_as_value(error: &clap::Error) -> Option<String> {
-    let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else {
+/// What was probably meant by an argument that is refused.
+fn tip(error: &clap::Error, command_line: &[OsString]) -> Option<String> {
+    let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg) else {
         return None;
     };
-    let key = option.trim_start_matches('-').replace('-', "_");
-    let known = Experiment::default().keys();
-    known
+    let key = argument.trim_start_matches('-').replace('-', "_");
+    if Experiment::default()
+        .keys()
         .contains(&format!("body.{key}"))
-        .then(|| format!("tip: a value of the body is changed with --set {key}=VALUE"))
-}
-
-/// Why a model is exported without what only a motion has.
-fn not_in_a_model(error: &clap::Error, command_line: &[OsString]) -> Option<String> {
-    let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else {
-        return None;
-    };
+    {
+        return Some(format!(
+            "tip: a value of the body is changed with --set {key}=VALUE"
+        ));
+    }
+    let is_unknown = error.kind() == ErrorKind::UnknownArgument;
+    if is_unknown && Path::new(argument).exists() {
+        return Some(format!(
+            "tip: a controller or the folder of a run is given with --controller {}",
+            quoted(argument)
+        ));
+    }
     let exports = command_line.get(1).is_some_and(|word| word == "export");
-    (exports && ["--push", "--noise"].contains(&option.as_str())).then(|| {
+    (exports && ["--push", "--noise"].contains(&argument.as_str())).then(|| {
         "tip: a model holds neither pushes nor noise; the script that steps it applies them"
             .to_owned()
-    })
-}
-
-/// What to write instead of a file or folder that stands alone.
-fn meant_as_controller(error: &clap::Error) -> Option<String> {
-    let Some(ContextValue::String(path)) = error.get(ContextKind::InvalidArg) else {
-        return None;
-    };
-    (error.kind() == ErrorKind::UnknownArgument && Path::new(path).exists()).then(|| {
-        let path = quoted(path);
-        format!("tip: a controller or the folder of a run is given with --controller {path}")
     })
 }
 
@@ -95,11 +88,8 @@ pub fn run(command_line: impl IntoIterator<Item = OsString>) -> u8 {
             }
             // If the stream is closed, nobody is there to be told.
             let _ = error.print();
-            if let Some(hint) = meant_as_value(&error)
-                .or_else(|| meant_as_controller(&error))
-                .or_else(|| not_in_a_model(&error, &command_line))
-            {
-                output::note(&hint);
+            if let Some(tip) = tip(&error, &command_line) {
+                output::note(&tip);
             }
             return u8::try_from(error.exit_code()).unwrap_or(2);
         }

@@ -13,6 +13,7 @@ use gaitshift_analysis::{
 };
 use gaitshift_experiment::CommandProfile;
 use gaitshift_figures::{FigureOptions, transition_figure};
+use gaitshift_task::EndReason;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -206,7 +207,10 @@ pub fn describe(s: &TransitionSummary) -> Vec<String> {
         format!("upright to the end ({:.1} s)", s.survived_s)
     } else if s.ended_by == ended_by::DIVERGED {
         format!("diverged at {:.2} s", s.survived_s)
-    } else if [ended_by::PITCH, ended_by::HIP_HEIGHT].contains(&s.ended_by.as_str()) {
+    } else if [EndReason::Pitch, EndReason::HipHeight]
+        .map(EndReason::name)
+        .contains(&s.ended_by.as_str())
+    {
         format!("fell at {:.2} s", s.survived_s)
     } else {
         format!("ended at {:.2} s by `{}`", s.survived_s, s.ended_by)

@@ -3,7 +3,7 @@
 use crate::gaits::Row;
 use crate::output;
 use gaitshift_analysis::recording::ended_by;
-use gaitshift_task::Disturbance;
+use gaitshift_task::{Disturbance, EndReason};
 use std::collections::BTreeSet;
 
 /// Says it on standard error.
@@ -24,7 +24,9 @@ pub fn note<'a>(rows: impl Iterator<Item = &'a Row> + Clone, disturbance: Option
         ),
     ];
     let named: BTreeSet<&str> = rows.clone().map(|r| r.summary.ended_by.as_str()).collect();
-    let own = named.into_iter().filter(|by| !ended_by::ALL.contains(by));
+    let own = named
+        .into_iter()
+        .filter(|by| !EndReason::NAMES.contains(by));
     causes.extend(own.map(|by| (by, format!("ended by the rule `{by}`"))));
     for (by, what) in causes {
         match ended(by) {

@@ -3,7 +3,9 @@
 use gaitshift_experiment::{STEP_UP_MAX_M, parse_seeds};
 use gaitshift_task::OMEGA_V_MAX;
 use std::cmp::Ordering;
+use std::fmt::Display;
 use std::path::PathBuf;
+use std::str::FromStr;
 
 /// Longest motion or part of one, in s: an hour, whose recording takes some 300 MB of memory.
 const LONGEST_S: f64 = 3600.0;
@@ -16,20 +18,20 @@ pub fn number(text: &str) -> Result<f64, String> {
 
 /// One seed, where several would say nothing.
 pub fn seed(text: &str) -> Result<u64, String> {
-    text.trim()
-        .parse()
-        .map_err(|_| {
-            format!(
-                "`{text}` is no whole number from 0 to {}; one seed is taken here, `evaluate --seed` and `train --seeds` take several",
-                u64::MAX
-            )
-        })
+    whole(text, u64::MAX).map_err(|cause| {
+        format!(
+            "{cause}; one seed is taken here, `evaluate --seed` and `train --seeds` take several"
+        )
+    })
 }
 
 pub fn port(text: &str) -> Result<u16, String> {
-    text.trim()
-        .parse()
-        .map_err(|_| format!("`{text}` is no whole number from 0 to {}", u16::MAX))
+    whole(text, u16::MAX)
+}
+
+fn whole<T: FromStr + Display>(text: &str, greatest: T) -> Result<T, String> {
+    let value = text.trim().parse();
+    value.map_err(|_| format!("`{text}` is no whole number from 0 to {greatest}"))
 }
 
 pub fn omega_v(text: &str) -> Result<f64, String> {
