@@ -51,7 +51,7 @@ pub use rollout::Rollout;
 pub use run_folder::is_finished;
 pub use seeds::parse_seeds;
 pub use simulation::{Control, Simulation, recording_row};
-pub use stress::{Limit, Stress, StressPlan, stress};
+pub use stress::{Limit, Stress, StressKind, StressPlan, stress};
 pub use sweep::{
     Estimate, EvaluationSummary, Sweep, SweepReport, SweepTable, Trial, TrialSettings,
     TrialSummary, Variant, VariantSummary, begin_trial, folder_name, sweep_command,

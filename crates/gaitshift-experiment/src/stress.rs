@@ -35,9 +35,38 @@ const GREATEST: f64 = 128.0;
 /// Time recorded of a settled motion to find its stride, in s.
 const STRIDE_S: f64 = 4.0;
 
+/// A kind of disturbance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StressKind {
+    /// On the hip, for 0.1 s.
+    Push,
+    /// In the ground.
+    Step,
+    /// Of the ground.
+    Slope,
+    /// Of one observation.
+    Noise,
+    /// Of all observations.
+    Latency,
+}
+
+impl StressKind {
+    /// All of them, in the order of the table.
+    pub const ALL: [Self; 5] = [
+        Self::Push,
+        Self::Step,
+        Self::Slope,
+        Self::Noise,
+        Self::Latency,
+    ];
+}
+
 /// What is tried, and how carefully.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StressPlan {
+    /// What is tried; in the order of [`StressKind::ALL`], whatever the order here.
+    pub kinds: Vec<StressKind>,
     /// Commands.
     pub omega_v: Vec<f64>,
     /// Seeds that draw the starts.
@@ -60,6 +89,7 @@ pub struct StressPlan {
 impl Default for StressPlan {
     fn default() -> Self {
         Self {
+            kinds: StressKind::ALL.to_vec(),
             omega_v: vec![0.0, 1.0, 2.0, 3.0],
             seeds: (1..=8).collect(),
             phases: 8,
@@ -76,6 +106,7 @@ impl StressPlan {
     /// A first look: fewer starts, phases and directions, coarser limits.
     pub fn quick() -> Self {
         Self {
+            kinds: StressKind::ALL.to_vec(),
             omega_v: vec![0.0, 3.0],
             seeds: (1..=3).collect(),
             phases: 4,
@@ -87,7 +118,7 @@ impl StressPlan {
         }
     }
 
-    /// Every question, in the order of the table.
+    /// The questions, in the order of the table.
     fn questions(&self) -> Vec<Question> {
         let mut questions = Vec::new();
         let directions = [
@@ -100,19 +131,24 @@ impl StressPlan {
         for (name, direction) in directions.into_iter().take(tried) {
             for phase in 0..self.phases {
                 let phase = phase as f64 / self.phases as f64;
-                questions.push(Question::new("push", name, Ask::Push { direction, phase }));
+                questions.push(Question::new(
+                    StressKind::Push,
+                    name,
+                    Ask::Push { direction, phase },
+                ));
             }
         }
         for (name, sign) in [("up", 1.0), ("down", -1.0)] {
-            questions.push(Question::new("step", name, Ask::Step { sign }));
+            questions.push(Question::new(StressKind::Step, name, Ask::Step { sign }));
         }
         for (name, sign) in [("up", 1.0), ("down", -1.0)] {
-            questions.push(Question::new("slope", name, Ask::Slope { sign }));
+            questions.push(Question::new(StressKind::Slope, name, Ask::Slope { sign }));
         }
         for name in SensorNoise::NAMES {
-            questions.push(Question::new("noise", name, Ask::Noise { name }));
+            questions.push(Question::new(StressKind::Noise, name, Ask::Noise { name }));
         }
-        questions.push(Question::new("latency", "", Ask::Latency));
+        questions.push(Question::new(StressKind::Latency, "", Ask::Latency));
+        questions.retain(|question| self.kinds.contains(&question.disturbance));
         questions
     }
 }
@@ -120,7 +156,7 @@ impl StressPlan {
 /// Something to find the limit of.
 #[derive(Debug, Clone, Copy)]
 struct Question {
-    disturbance: &'static str,
+    disturbance: StressKind,
     which: &'static str,
     ask: Ask,
 }
@@ -135,7 +171,7 @@ enum Ask {
 }
 
 impl Question {
-    fn new(disturbance: &'static str, which: &'static str, ask: Ask) -> Self {
+    fn new(disturbance: StressKind, which: &'static str, ask: Ask) -> Self {
         Self {
             disturbance,
             which,
@@ -184,8 +220,8 @@ impl Question {
 pub struct Limit {
     /// The command.
     pub omega_v: f64,
-    /// `push`, `step`, `slope`, `noise` or `latency`.
-    pub disturbance: &'static str,
+    /// What disturbs.
+    pub disturbance: StressKind,
     /// The direction, or the observation; empty where there is only one.
     pub which: &'static str,
     /// Phase of the stride at which pushes begin, 0 at the right foot's touchdown.

@@ -1,9 +1,11 @@
 //! Contract: limits do not depend on the threads; they hold when tried by themselves, and what is a rung greater does not;
-//! a body that falls undisturbed has no limits.
+//! a body that falls undisturbed has no limits; kinds of disturbances that are asked for alone have the limits they have among
+//! all.
 
 use gaitshift_body::Body;
 use gaitshift_experiment::{
-    CommandProfile, Controller, Deterministic, Limit, Rollout, Stress, StressPlan, stress,
+    CommandProfile, Controller, Deterministic, Limit, Rollout, Stress, StressKind, StressPlan,
+    stress,
 };
 use gaitshift_task::{Disturbance, Environment};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -25,7 +27,7 @@ fn of(plan: &StressPlan, threads: usize) -> Stress {
     stress(&controller, &body, plan, threads, &|_, _| ()).unwrap()
 }
 
-fn limit<'a>(found: &'a Stress, disturbance: &str, which: &str) -> &'a Limit {
+fn limit<'a>(found: &'a Stress, disturbance: StressKind, which: &str) -> &'a Limit {
     let mut limits = found.limits.iter();
     limits
         .find(|l| l.disturbance == disturbance && l.which == which)
@@ -61,7 +63,7 @@ fn a_limit_holds_and_a_little_more_does_not() {
         ..plan()
     };
     let found = of(&plan, 1);
-    let latency_s = limit(&found, "latency", "").limits[0].unwrap();
+    let latency_s = limit(&found, StressKind::Latency, "").limits[0].unwrap();
     let mut controller = Controller::shipped().unwrap();
     let body = Body::new(controller.body.clone()).unwrap();
     // From its start on a motion is harder to bear late than from a settled one, so that only what is far too much is
@@ -99,7 +101,7 @@ fn a_step_is_borne_where_it_is_borne_at_every_place() {
             seeds: vec![1],
             ..plan()
         };
-        limit(&of(&plan, 1), "step", "up").limits[0].unwrap()
+        limit(&of(&plan, 1), StressKind::Step, "up").limits[0].unwrap()
     };
     // Half the places are among all of them; what one of them refuses, all do. Sizes are tried in the same order.
     let (one, two, eight) = (step_m(1), step_m(2), step_m(8));
@@ -121,4 +123,15 @@ fn who_falls_undisturbed_has_no_limits() {
             (None, None, None)
         );
     }
+}
+
+#[test]
+fn kinds_asked_for_alone_have_the_same_limits() {
+    let all = of(&plan(), 1);
+    let kinds = vec![StressKind::Latency, StressKind::Push];
+    let alone = of(&StressPlan { kinds, ..plan() }, 1);
+    let wanted = |l: &&Limit| matches!(l.disturbance, StressKind::Push | StressKind::Latency);
+    let expected: Vec<Limit> = all.limits.iter().filter(wanted).cloned().collect();
+    assert_eq!(alone.limits, expected);
+    assert_eq!(alone.limits.len(), 4 + 1);
 }

@@ -6,8 +6,8 @@ mod training;
 mod values;
 
 pub use motions::{
-    CompareArguments, DemoArguments, EvaluateArguments, LearnerName, ReportArguments,
-    ReproduceArguments, StressArguments, TransitionArguments,
+    CompareArguments, DemoArguments, DisturbanceName, EvaluateArguments, LearnerName,
+    ReportArguments, ReproduceArguments, StressArguments, TransitionArguments,
 };
 pub use showing::{
     AnalyseArguments, ExportArguments, ExportFormat, RenderArguments, ViewArguments,

@@ -1,10 +1,10 @@
 //! `gaitshift stress`: how much a controller bears.
 
-use crate::arguments::{StressArguments, distinct, distinct_commands};
+use crate::arguments::{DisturbanceName, StressArguments, distinct, distinct_commands};
 use crate::failure::Failure;
 use crate::motion::Subject;
 use crate::output::{self, number};
-use gaitshift_experiment::{Limit, Stress, StressPlan, stress};
+use gaitshift_experiment::{Limit, Stress, StressKind, StressPlan, stress};
 use gaitshift_figures::{IntervalPanel, IntervalPoint, intervals_figure};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
@@ -33,6 +33,11 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
     }
     if !a.seed.is_empty() {
         plan.seeds = distinct(&a.seed).map_err(Failure::input)?;
+    }
+    if !a.only.is_empty() {
+        plan.kinds = StressKind::ALL.to_vec();
+        plan.kinds
+            .retain(|wanted| a.only.iter().any(|name| kind(*name) == *wanted));
     }
     let subject = Subject::load(&a.subject)?;
     let threads = a.threads.count();
@@ -93,21 +98,62 @@ pub fn run(arguments: &StressArguments) -> Result<(), Failure> {
     for line in table(&result) {
         output::line(&line)?;
     }
-    for line in [
-        "> at least the greatest size tried; - fell undisturbed from every start".to_owned(),
-        format!(
-            "Pushes last 0.1 s, so that 1 N s is a force of 10 N; after them, and under noise and latency, the body has to stay up for {} s.",
-            plan.after_s
-        ),
-        format!(
-            "Slopes begin 1 m ahead, and it has to get 5 m along them. A step's face is tried at {} places from 1 to 1.5 m ahead; it has to \
-             get 3 m beyond each.",
-            plan.phases
-        ),
-    ] {
+    for line in notes(plan) {
         output::line(&line)?;
     }
     output::written(&files)
+}
+
+fn kind(name: DisturbanceName) -> StressKind {
+    match name {
+        DisturbanceName::Push => StressKind::Push,
+        DisturbanceName::Step => StressKind::Step,
+        DisturbanceName::Slope => StressKind::Slope,
+        DisturbanceName::Noise => StressKind::Noise,
+        DisturbanceName::Latency => StressKind::Latency,
+    }
+}
+
+/// Its name in the table.
+fn kind_name(kind: StressKind) -> &'static str {
+    match kind {
+        StressKind::Push => "push",
+        StressKind::Step => "step",
+        StressKind::Slope => "slope",
+        StressKind::Noise => "noise",
+        StressKind::Latency => "latency",
+    }
+}
+
+/// What the table's numbers mean, of what was tried.
+fn notes(plan: &StressPlan) -> Vec<String> {
+    let mut notes =
+        vec!["> at least the greatest size tried; - fell undisturbed from every start".to_owned()];
+    if plan.kinds.contains(&StressKind::Push) {
+        notes.push(format!(
+            "Pushes last 0.1 s, so that 1 N s is a force of 10 N; the body has to stay up for {} s after them.",
+            plan.after_s
+        ));
+    }
+    if plan.kinds.contains(&StressKind::Step) {
+        notes.push(format!(
+            "A step's face is tried at {} places from 1 to 1.5 m ahead; it has to get 3 m beyond each.",
+            plan.phases
+        ));
+    }
+    if plan.kinds.contains(&StressKind::Slope) {
+        notes.push("Slopes begin 1 m ahead, and it has to get 5 m along them.".to_owned());
+    }
+    if [StressKind::Noise, StressKind::Latency]
+        .iter()
+        .any(|kind| plan.kinds.contains(kind))
+    {
+        notes.push(format!(
+            "Under noise and latency it has to stay up for {} s.",
+            plan.after_s
+        ));
+    }
+    notes
 }
 
 /// A limit in a table, with `decimals` that its unit needs.
@@ -144,12 +190,12 @@ fn name(limit: &Limit) -> String {
     let which = which
         .trim_end_matches("_rad_per_s")
         .trim_end_matches("_rad");
-    let which = if limit.disturbance == "noise" {
+    let which = if limit.disturbance == StressKind::Noise {
         which.trim_end_matches("_m")
     } else {
         which
     };
-    format!("{} {which}{phase}", limit.disturbance)
+    format!("{} {which}{phase}", kind_name(limit.disturbance))
         .trim_end()
         .to_owned()
 }

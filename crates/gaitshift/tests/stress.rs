@@ -50,6 +50,25 @@ fn the_table_has_a_row_for_each_disturbance_and_nothing_is_written_with_json_alo
 }
 
 #[test]
+fn pushes_may_be_asked_for_alone() {
+    let place = Place::new();
+    let text = place.stdout(&format!("{SHORT} --only push,latency"));
+    let rows = text
+        .lines()
+        .filter(|line| line.starts_with("push ") || line.starts_with("latency"));
+    assert_eq!(rows.count(), 8 + 1);
+    for other in ["step", "slope"] {
+        assert!(!text.contains(other), "{text}");
+    }
+    let file: serde_json::Value =
+        serde_json::from_slice(&place.read("out/stress/stress.json")).unwrap();
+    assert_eq!(
+        file["plan"]["kinds"],
+        serde_json::json!(["push", "latency"])
+    );
+}
+
+#[test]
 fn bad_input_is_refused() {
     let place = Place::new();
     place.refused(
@@ -58,4 +77,5 @@ fn bad_input_is_refused() {
     );
     place.refused("stress --omega-v 1000", &["100"]);
     place.refused("stress --threads 0", &["1..=256"]);
+    place.refused("stress --only pushes", &["pushes", "push"]);
 }

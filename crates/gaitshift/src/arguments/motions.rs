@@ -213,6 +213,7 @@ pub struct TransitionArguments {
 Examples:
   gaitshift stress --quick
   gaitshift stress --controller runs/fast-1 --omega-v 0,3 --out out/stress-fast-1
+  gaitshift stress --only push --omega-v 1 --seed 1..20
   gaitshift stress --seed 1..20 --set friction=0.6 --json")]
 pub struct StressArguments {
     /// What moves.
@@ -227,6 +228,10 @@ pub struct StressArguments {
     /// Random starts, one drawn with each of these seeds, e.g. 1..12 or 1,4,7 [default: 1..8; 1..3 with --quick]
     #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_delimiter = ',', value_parser = seeds)]
     pub seed: Vec<Seeds>,
+
+    /// Try only these, separated by commas [default: all]
+    #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
+    pub only: Vec<DisturbanceName>,
 
     /// A first look: three starts, two commands, pushes forward and backward at four phases, coarser limits
     #[arg(long)]
@@ -243,6 +248,21 @@ pub struct StressArguments {
     /// What is printed.
     #[command(flatten)]
     pub print: PrintArguments,
+}
+
+/// What `stress` may try alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DisturbanceName {
+    /// Forward, backward, up and down, at phases of the stride
+    Push,
+    /// Up and down
+    Step,
+    /// Up and down
+    Slope,
+    /// Of each observation
+    Noise,
+    /// Of all observations
+    Latency,
 }
 
 /// Compares controllers, runs and recordings.
