@@ -2,13 +2,15 @@
 
 use crate::arguments::{AnalyseArguments, distinct_paths};
 use crate::failure::Failure;
-use crate::gaits::{describe, print_gaits, print_named_gaits, print_too_short, read_recording};
+use crate::gaits::{
+    Row, describe, print_gaits, print_named_gaits, print_too_short, read_recording,
+};
 use crate::output;
 use crate::transition;
 use gaitshift_analysis::recording::Recording;
 use gaitshift_analysis::{
-    GaitChange, GaitSummary, TransitionOptions, TransitionSummary, changes_of_gait,
-    command_changes, summarise_transition,
+    GaitChange, TransitionOptions, TransitionSummary, changes_of_gait, command_changes,
+    summarise_transition,
 };
 use serde::Serialize;
 use std::path::Path;
@@ -17,9 +19,8 @@ use std::path::Path;
 struct Motion {
     recording: String,
     controller: String,
-    omega_v: Option<f64>,
     #[serde(flatten)]
-    summary: GaitSummary,
+    row: Row,
 }
 
 #[derive(Serialize)]
@@ -59,28 +60,28 @@ pub fn run(arguments: &AnalyseArguments) -> Result<(), Failure> {
 fn rows(recordings: &[(&Path, Recording)], arguments: &AnalyseArguments) -> Result<(), Failure> {
     let rows: Vec<Motion> = recordings
         .iter()
-        .map(|(path, recording)| {
-            let row = describe(recording, arguments.settling_s);
-            Motion {
-                recording: path.display().to_string(),
-                controller: recording.metadata.controller.clone(),
-                omega_v: row.omega_v,
-                summary: row.summary,
-            }
+        .map(|(path, recording)| Motion {
+            recording: path.display().to_string(),
+            controller: recording.metadata.controller.clone(),
+            row: describe(recording, arguments.settling_s),
         })
         .collect();
     if arguments.print.json {
         return output::json(&Motions { rows });
     }
     if rows.len() == 1 {
-        let rows = rows.iter().map(|row| (row.omega_v, &row.summary));
+        let rows = rows
+            .iter()
+            .map(|Motion { row, .. }| (row.omega_v, &row.summary));
         return print_gaits(rows, "varying");
     }
-    let named = rows.iter().map(|row| (row.recording.clone(), &row.summary));
+    let named = rows
+        .iter()
+        .map(|Motion { recording, row, .. }| (recording.clone(), &row.summary));
     print_named_gaits(
         "recording",
         rows.iter()
-            .map(|row| (row.omega_v, row.recording.clone(), &row.summary)),
+            .map(|Motion { recording, row, .. }| (row.omega_v, recording.clone(), &row.summary)),
     )?;
     print_too_short(named)
 }

@@ -1,4 +1,4 @@
-//! What a table of motions does not show: which ended without a fall, and pushes that never came.
+//! What a table of motions does not show: which ended without a fall, pushes that never came, and ground that was not reached.
 
 use crate::gaits::Row;
 use crate::output;
@@ -50,6 +50,32 @@ pub fn note<'a>(rows: impl Iterator<Item = &'a Row> + Clone, disturbance: Option
             "the push at {start_s} s never came: no motion lasts until its time, or its phase of the stride"
         ));
     }
+    for (name, at_m) in disturbance.map(ends_of_flat_ground).unwrap_or_default() {
+        let short = |row: &&Row| !row.summary.fell && row.reached_m.is_some_and(|x_m| x_m < at_m);
+        match rows.clone().filter(short).count() {
+            0 => {}
+            count => output::note(&format!(
+                "{count} of {all} {} never reached the {name} at {at_m} m; give it more time",
+                if all == 1 { "motion" } else { "motions" },
+            )),
+        }
+    }
+}
+
+/// Where the ground ceases to be flat: of the steps, the last; the slope; uneven ground.
+fn ends_of_flat_ground(disturbance: &Disturbance) -> Vec<(&'static str, f64)> {
+    let terrain = &disturbance.terrain;
+    let last_step = terrain.steps.iter().map(|step| step.at_m).reduce(f64::max);
+    let uneven = (terrain.uneven.height_m != 0.0).then_some(terrain.uneven.from_m);
+    let slope = terrain.slope_from_m.filter(|_| terrain.slope_rad != 0.0);
+    [
+        ("step", last_step),
+        ("slope", slope),
+        ("uneven ground", uneven),
+    ]
+    .into_iter()
+    .filter_map(|(name, at_m)| Some((name, at_m?)))
+    .collect()
 }
 
 /// How many pushes a motion got. One that ended it at once came.

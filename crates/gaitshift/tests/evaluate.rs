@@ -176,6 +176,7 @@ fn a_recording_tells_the_same_as_the_row() {
     let mut summary = serde_json::to_value(summarise(&recording, &options)).unwrap();
     summary["omega_v"] = Value::from(0.5);
     summary["seed"] = Value::Null;
+    summary["reached_m"] = Value::from(*recording.column(column::X_M).last().unwrap());
     assert_eq!(rows(&value)[0], summary);
     assert!(place.read("o/p/sweep.svg").starts_with(b"<svg"));
     assert!(place.read("o/p/sweep.png").starts_with(b"\x89PNG"));
@@ -682,6 +683,23 @@ fn what_diverged_and_what_never_came_is_said() {
     assert!(
         said(&format!("--set {undefined}")).contains("counted as a fall, ended because a reward")
     );
+}
+
+// A step that the walk does not get to was counted as withstood.
+#[test]
+fn ground_that_is_not_reached_is_said() {
+    let place = Place::new();
+    let said = |options: &str| {
+        let output = place.output(&format!("evaluate --omega-v 0,3 --duration-s 4 {options}"));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let words = "1 of 2 motions never reached the";
+    assert!(said("--step-up 0.005@6").contains(&format!("{words} step at 6 m")));
+    assert!(said("--slope 0.1%@6").contains(&format!("{words} slope at 6 m")));
+    assert!(!said("--step-up 0.005@1").contains("reached"));
+    let rows = place.json("evaluate --omega-v 3 --duration-s 4 --json");
+    let reached_m = rows["rows"][0]["reached_m"].as_f64().unwrap();
+    assert!((6.0..14.0).contains(&reached_m), "{reached_m}");
 }
 
 // A rule of one's own was told as a fall, or not at all; a motion too short to measure was measured from 5 s on.
