@@ -7,10 +7,11 @@ is hardly held.
 With `--gaits` steps cost, too, that lack something of the commanded gait, a walk at ω_v = 0 or a run from 1 on: of undisturbed
 bipeds here, on softer ground, and in MuJoCo on its own default contact. With `--anew` the controller to begin with, which may
 do neither, is hardly imitated from 0.6 to 2.8, and little beyond.
-With `--hard-pushes` half of the bipeds begin with pushes from where the controller falls; every 20 iterations these are
-looked for anew.
+With `--hard-pushes` half of the bipeds begin with pushes from where the controller falls, with `--hard-steps` some of them
+before steps up where it falls or gets stuck; every 20 iterations these are looked for anew.
 With `--raised-like` many of the bipeds have the hip's mass far above its axis; there two other controllers are imitated, which
-have learned such bodies alone.
+have learned such bodies alone. `--after-pushes 30` holds meanwhile what it did before after pushes.
+With `--ways` it also imitates the ways to withstand pushes that `ways.py` has found.
 Exploration noise lasts for about 0.1 s, because noise that is new in every control period hardly moves the body; the
 gradient is that of what is new in it. The actor is the mean of a network and its mirror image, so the controller to begin with
 must be one.
@@ -41,7 +42,7 @@ from typing import Any
 import numpy as np
 import torch
 from gaits import Steps
-from hard_pushes import HardPushes
+from hard_cases import PUSHES, STEPS, Case, HardCases
 from safetensors import safe_open
 from safetensors.torch import save_file
 from torch import Tensor, nn
@@ -63,6 +64,8 @@ NEAR_ZERO = 0.4  # s/m, of a command; beyond it what search has taught about pus
 ANEW = ((0.6, HARDLY), (2.8, 5.0))
 AT_SPEED = 2.5  # s/m, the least command at which `--at-speed-like` is imitated
 LOOK_EVERY = 20  # iterations, with `--hard-pushes`
+WAYS_WEIGHT, WAYS_ROWS, WAYS_PERIODS = 30.0, 2048, 100  # of `--ways`: rows of an update, and control periods of each way
+RAISED_WEIGHT = 30.0
 LEAST_NOISE, NOISE_LASTS = 0.02, 0.9  # standard deviation; what remains of the noise in the next control period
 
 
@@ -79,7 +82,7 @@ class Group:
     commands: str = "0 and whole"  # which it is given, see `Bipeds.drawn`
     gait: bool = False  # whether steps cost that lack something of the commanded gait
     in_mujoco: bool = False
-    hard: bool = False  # whether it begins with pushes from where the controller falls
+    hard: bool = False  # whether it meets what the controller falls from, see `HardCases`
     taught: bool = False  # whether the controllers of `--raised-like` are imitated
 
 
@@ -130,42 +133,54 @@ SHARES_BESIDE_HARD = {
 SHARES_BESIDE_RAISED = {"other bodies": 0.08, "raised mass": 0.16, "forward": 0.12, "backward": 0.08}
 
 
-def groups(
-    keep: float,
-    elsewhere: float,
-    near_zero: float,
-    gaits: bool = False,
-    anew: bool = False,
-    hard: bool = False,
-    raised: bool = False,
-) -> list[Group]:
-    """Who meets what; `keep` is the weight on flat ground, undisturbed, `elsewhere` after pushes forward beyond NEAR_ZERO,
-    `near_zero` within it after pushes forward, backward and in any direction (not those down)."""
+@dataclass(frozen=True)
+class Held:
+    """Weights of what the controller did before, where not all groups have the same."""
+
+    undisturbed: float
+    elsewhere: float  # after pushes forward beyond NEAR_ZERO
+    near_zero: float  # within it, after pushes forward, backward and in any direction
+    after_pushes: float = HARDLY  # after hard cases, pushes down, and those backward beyond NEAR_ZERO
+
+
+@dataclass(frozen=True)
+class Extras:
+    """Which groups there are beside those that all runs have."""
+
+    gaits: bool = False
+    anew: bool = False
+    hard: bool = False
+    raised_m: Sequence[float] = ()  # least and greatest height of the hip's mass above its axis
+
+
+def groups(held: Held, extras: Extras = Extras()) -> list[Group]:
+    """Who meets what."""
     any_direction = pushed(forward_n=(-300, 300), up_n=(-300, 300))
     parts = [
-        Group("undisturbed", 0.08, None, keep, keep, commands="all", gait=gaits),
+        Group("undisturbed", 0.08, None, held.undisturbed, held.undisturbed, commands="all", gait=extras.gaits),
         Group("weak", 0.15, WEAK, 10.0, 10.0, commands="all"),
         Group("other bodies", 0.15, {"body": OTHER_BODY, "hip_com_height_m": (-0.1, 0.0)}, HARDLY, HARDLY, commands="all"),
         Group("raised mass", 0.25, {"body": OTHER_BODY, "hip_com_height_m": (0.0, 0.07)}, HARDLY, HARDLY, commands="all"),
-        Group("forward", 0.22, pushed(forward_n=(200, 360)), near_zero, elsewhere, forward=True),
-        Group("backward", 0.13, pushed(forward_n=(-360, -100)), near_zero, HARDLY),
-        Group("down", 0.07, pushed(up_n=(-360, -50)), HARDLY, HARDLY),
-        Group("any direction", 0.10, any_direction, near_zero, elsewhere, forward=True),
+        Group("forward", 0.22, pushed(forward_n=(200, 360)), held.near_zero, held.elsewhere, forward=True),
+        Group("backward", 0.13, pushed(forward_n=(-360, -100)), held.near_zero, held.after_pushes),
+        Group("down", 0.07, pushed(up_n=(-360, -50)), held.after_pushes, held.after_pushes),
+        Group("any direction", 0.10, any_direction, held.near_zero, held.elsewhere, forward=True),
         Group("steps up", 0.05, STEPS_UP, HARDLY, HARDLY),
     ]
-    if gaits:
+    if extras.gaits:
         parts += [
             Group("soft ground", 0.05, SOFT_GROUND, HARDLY, HARDLY, commands="of gaits", gait=True),
             Group("in MuJoCo", 0.15, None, HARDLY, HARDLY, commands="of gaits", gait=True, in_mujoco=True),
         ]
-    if anew:
+    if extras.anew:
         parts.append(Group("to run", 0.25, None, HARDLY, HARDLY, commands="to run", gait=True))
-    if hard:
+    if extras.hard:
         parts = [replace(part, share=SHARES_BESIDE_HARD.get(part.name, part.share)) for part in parts]
-        parts.append(Group("hard pushes", 0.5, None, HARDLY, HARDLY, hard=True))
-    if raised:
+        parts.append(Group("hard cases", 0.5, None, held.after_pushes, held.after_pushes, hard=True))
+    if extras.raised_m:
         parts = [replace(part, share=SHARES_BESIDE_RAISED.get(part.name, part.share)) for part in parts]
-        parts.append(Group("far raised", 0.5, {"hip_com_height_m": (0.06, 0.1)}, 30.0, 30.0, commands="all", taught=True))
+        raised = {"hip_com_height_m": tuple(extras.raised_m)}
+        parts.append(Group("far raised", 0.5, raised, RAISED_WEIGHT, RAISED_WEIGHT, commands="all", taught=True))
     return parts
 
 
@@ -233,6 +248,16 @@ class Actor(nn.Module):
         save_file(tensors, path, self.metadata | {"gaitshift": json.dumps(description)})
 
 
+def read_ways(path: Path, scale: Tensor) -> tuple[Tensor, Tensor]:
+    """Observations, scaled, and actions of the first WAYS_PERIODS control periods of each way that `ways.py` has written."""
+    try:
+        with np.load(path) as file:
+            seen, done = (file[name][:, :WAYS_PERIODS] for name in ("observations", "actions"))
+    except (OSError, ValueError, KeyError) as error:
+        raise SystemExit(f"--ways {path}: {error}; give a file that ways.py has written") from error
+    return torch.from_numpy(seen.reshape(-1, 14)) * scale, torch.from_numpy(done.reshape(-1, 2))
+
+
 class Bipeds:
     """All groups side by side."""
 
@@ -245,10 +270,11 @@ class Bipeds:
         rng: np.random.Generator,
         anew: bool = False,
         begin: Path | None = None,
+        cases: Sequence[Case] = PUSHES,
     ) -> None:
         self.parts, self.at_zero, self.rng, self.anew = parts, at_zero, rng, anew
-        self.begin = begin or controller
-        self.hard: HardPushes | None = None
+        self.begin, self.cases = begin or controller, cases
+        self.hard: HardCases | None = None
         self.environments, self.commands, observations, group = [], [], [], []
         for index, part in enumerate(parts):
             environment = self.environment(part, max(1, round(count * part.share)), controller)
@@ -271,7 +297,7 @@ class Bipeds:
 
             return MujocoBipeds(count, controller, self.rng)
         if part.hard:
-            self.hard = HardPushes(count, controller, self.rng, Actor(self.begin))
+            self.hard = HardCases(count, controller, self.rng, Actor(self.begin), self.cases)
             return self.hard
         return PassiveBipedVectorEnv(
             count, controller=controller, randomization=part.randomization, autoreset_mode="SameStep"
@@ -367,6 +393,7 @@ class Learner:
         noise: float,
         gaits: float = 0.0,
         raised_like: Sequence[Path] = (),
+        ways: Path | None = None,
     ) -> None:
         self.actor, self.before, self.at_speed, self.bipeds, self.gaits = actor, before, at_speed, bipeds, gaits
         self.forward = torch.tensor([part.forward for part in bipeds.parts])
@@ -385,6 +412,10 @@ class Learner:
         self.teachers = [Actor(path).requires_grad_(False) for path in raised_like]
         if any(not torch.equal(teacher.scale, actor.scale) for teacher in self.teachers):
             raise SystemExit("--raised-like: their observations are scaled otherwise; give controllers of the same recipe")
+
+        self.ways: tuple[Tensor, Tensor] | None = None
+        if ways:
+            self.ways = read_ways(ways, actor.scale)
 
     def rollout(self) -> Rollout:
         bipeds, scale = self.bipeds, self.actor.scale.numpy()
@@ -419,6 +450,12 @@ class Learner:
                 rows = self.taught[group] & where
                 imitated[rows] = teacher(seen[rows])
         return imitated
+
+    def from_ways(self, rows: Tensor | slice = slice(None)) -> Tensor:
+        """Mean |Δa|² to the ways that were given."""
+        assert self.ways
+        seen, done = self.ways
+        return (self.actor(seen[rows]) - done[rows]).square().sum(1).mean()
 
     def advantages(self, done: Rollout) -> tuple[Tensor, Tensor]:
         """Generalized advantage estimates, and the returns that the critic is to learn; a row for each action."""
@@ -464,6 +501,9 @@ class Learner:
                 gain = torch.minimum(ratio * advantage[chosen], ratio.clamp(1 - CLIP, 1 + CLIP) * advantage[chosen])
                 difference = (mean - imitated[chosen]).square().sum(1)
                 loss = (keep[chosen] * difference - gain).mean()
+                if self.ways:
+                    rows = torch.randint(len(self.ways[0]), (WAYS_ROWS,))
+                    loss = loss + WAYS_WEIGHT * self.from_ways(rows)
                 self.actor_adam.zero_grad()
                 loss.backward()
                 nn.utils.clip_grad_norm_(self.actor.parameters(), 1.0)
@@ -492,29 +532,38 @@ def main() -> None:
     parser.add_argument("--gaits", type=float, default=0.0, help="cost of what a step lacks of its gait, 0.4 for example")
     parser.add_argument("--at-zero", type=float, default=0.65, help="share of the strongly disturbed at or near ω_v = 0")
     parser.add_argument("--hard-pushes", action="store_true", help="half of the bipeds are pushed where it falls")
+    parser.add_argument("--hard-steps", action="store_true", help="with --hard-pushes: some of them come to steps up instead")
+    parser.add_argument("--after-pushes", type=float, default=HARDLY, help="the same after hard cases, pushes backward or down")
+    parser.add_argument("--ways", type=Path, help="file of ways.py; they are imitated")
     parser.add_argument(
         "--raised-like", type=Path, nargs=2, default=(), metavar=("BEYOND", "NEAR_ZERO"),
-        help="controllers to imitate with the hip's mass 6 to 10 cm above its axis, at ω_v beyond 0.4 and nearer to 0",
+        help="controllers to imitate with the hip's mass far above its axis, at ω_v beyond 0.4 and nearer to 0",
+    )
+    parser.add_argument(
+        "--raised-m", type=float, nargs=2, default=(0.06, 0.1), metavar=("LEAST", "GREATEST"), help="these heights, in m"
     )
     parser.add_argument("--anew", action="store_true", help="with --gaits: hardly imitate it at ω_v from 0.6 to 2.8")
     arguments = parser.parse_args()
     if arguments.anew and not arguments.gaits > 0:
         raise SystemExit("--anew lets go of what the controller did, so it needs gaits to learn instead: give --gaits 0.4 too")
 
+    if arguments.hard_steps and not arguments.hard_pushes:
+        raise SystemExit("--hard-steps takes a share of the bipeds of --hard-pushes: give that too")
+
     torch.set_num_threads(1)
     torch.manual_seed(arguments.seed)
     rng = np.random.default_rng(arguments.seed)
-    weights = (arguments.keep, arguments.elsewhere, arguments.near_zero)
-    parts = groups(
-        *weights, arguments.gaits > 0, arguments.anew, arguments.hard_pushes, bool(arguments.raised_like)
-    )
+    held = Held(arguments.keep, arguments.elsewhere, arguments.near_zero, arguments.after_pushes)
+    raised_m = arguments.raised_m if arguments.raised_like else ()
+    parts = groups(held, Extras(arguments.gaits > 0, arguments.anew, arguments.hard_pushes, raised_m))
+    cases = PUSHES + STEPS if arguments.hard_steps else PUSHES
     begin = arguments.begin or arguments.controller
-    bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng, arguments.anew, begin)
+    bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng, arguments.anew, begin, cases)
     actor, before = Actor(begin), Actor(arguments.controller).requires_grad_(False)
     at_speed = Actor(arguments.at_speed_like or arguments.controller).requires_grad_(False)
     learner = Learner(
         actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise, arguments.gaits,
-        arguments.raised_like,
+        arguments.raised_like, arguments.ways,
     )
     seconds_of = CONTROL_PERIODS * CONTROL_PERIOD_S * np.bincount(bipeds.group)  # a group's in an iteration
     arguments.out.mkdir(parents=True, exist_ok=True)
@@ -524,6 +573,7 @@ def main() -> None:
         costing = [part.name for part in parts if part.gait]
         columns = [f"{what} {name}" for what in ("falls_per_s", "moved") for name in names]
         columns += [f"lack {name}" for name in costing]
+        columns += ["moved ways"] if learner.ways else []
         rows.writerow(["iteration", "elapsed_s", "divergence", *columns])
         began = time.monotonic()
         for iteration in range(1, arguments.iterations + 1):
@@ -538,8 +588,11 @@ def main() -> None:
             falls = np.bincount(bipeds.group, weights=done.fell.sum(0)) / seconds_of
             lack, steps = (np.bincount(bipeds.group, weights=rows.sum(0)) for rows in (done.lack, done.landed))
             of_step = (lack / np.maximum(steps, 1))[[part.gait for part in parts]]
+            with torch.no_grad():
+                of_ways = [round(float(learner.from_ways()), 6)] if learner.ways else []
             elapsed_s = round(time.monotonic() - began)
-            rows.writerow([iteration, elapsed_s, round(divergence, 5), *falls.round(4), *moved.round(6), *of_step.round(3)])
+            measured = [*falls.round(4), *moved.round(6), *of_step.round(3), *of_ways]
+            rows.writerow([iteration, elapsed_s, round(divergence, 5), *measured])
             log.flush()
             told = ", ".join(f"{name} {fall:.3f}" for name, fall in zip(names, falls))
             print(f"iteration {iteration} of {arguments.iterations}, falls per s: {told}", flush=True)

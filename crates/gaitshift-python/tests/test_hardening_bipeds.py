@@ -1,7 +1,8 @@
 """Contract: the steps of experiments/hardening/gaits.py lack nothing where they are those of the commanded gait, more the less
 they are like them, and nothing where no gait is commanded; the bipeds of mujoco_bipeds.py are observed and end as ours do,
-and move as experiments/mujoco_transfer/transfer.py has them move on MuJoCo's default contact; those of hard_pushes.py are
-pushed as their episodes begin, most of them where the controller falls."""
+and move as experiments/mujoco_transfer/transfer.py has them move on MuJoCo's default contact; those of hard_cases.py are
+pushed as their episodes begin, or come to a step, most of them where the controller falls or gets stuck; what ways.py finds
+is up where the controller falls."""
 
 import numpy as np
 import pytest
@@ -127,16 +128,22 @@ def test_bipeds_in_mujoco_fall_and_begin_anew(mujoco_bipeds):
 
 
 @pytest.fixture
-def hard_pushes(monkeypatch):
-    script = experiment_script("hardening/hard_pushes.py")
-    # A push that some motions withstand, and one that none does.
-    monkeypatch.setattr(script, "PUSHES", ((0.0, 320.0), (3.0, 800.0)))
+def hard_cases(monkeypatch):
+    script = experiment_script("hardening/hard_cases.py")
     monkeypatch.setattr(script, "TRIED", 24)
+    monkeypatch.setattr(script, "TRIED_STEPS", 24)
     monkeypatch.setattr(script, "MOTIONS", 2)
+    return script
+
+
+@pytest.fixture
+def hard_pushes(hard_cases):
     actor = experiment_script("hardening/policy_gradient.py").Actor(ROBUST)
-    bipeds = script.HardPushes(40, ROBUST, np.random.default_rng(1), actor)
+    # A push that some motions withstand, and one that none does.
+    cases = (hard_cases.Case(0.0, 320.0), hard_cases.Case(3.0, 800.0))
+    bipeds = hard_cases.HardCases(40, ROBUST, np.random.default_rng(1), actor, cases)
     bipeds.begun = bipeds.reset(options={}, seed=1)[0]
-    return script, bipeds, actor
+    return hard_cases, bipeds, actor
 
 
 def test_the_pushes_that_it_falls_from_are_found(hard_pushes, capsys):
@@ -176,3 +183,67 @@ def test_most_episodes_begin_with_such_a_push_and_end_with_it(hard_pushes):
         falls, cut_off = falls + terminated, cut_off + truncated
     assert (falls[20:] >= 2).all() and cut_off[20:].sum() == 0
     assert falls[:20].sum() > 0 and cut_off[:20].sum() > 0
+
+
+def test_a_step_is_hard_where_it_brings_the_body_down_or_to_rest(hard_cases, capsys):
+    actor = experiment_script("hardening/policy_gradient.py").Actor(ROBUST)
+    # Steps that are got over, and one that is as high as a knee.
+    cases = (hard_cases.Case(3.0, step_up_m=0.002), hard_cases.Case(0.0, step_up_m=0.4))
+    bipeds = hard_cases.HardCases(20, ROBUST, np.random.default_rng(1), actor, cases)
+    observations, _ = bipeds.reset(options={}, seed=1)
+    assert [len(hard) for hard in bipeds.hard] == [0, 24]
+    assert "0.002 m at 3: 0 of 24, 0.4 m at 0: 24 of 24" in capsys.readouterr().out
+    ahead_m = hard_cases.STEP_AT_M - np.concatenate(bipeds.starts)[:, 0]
+    assert (hard_cases.AHEAD_M[0] <= ahead_m).all() and (ahead_m <= hard_cases.AHEAD_M[1]).all()
+    ended = np.zeros(20, int)
+    for _ in range(hard_cases.EPISODE):
+        observations, _, terminated, _, _ = bipeds.step(actor.act(observations))
+        ended += terminated
+    assert not ended[:10].any() and (ended[10:] > 0).all()
+
+
+def test_a_body_that_stands_before_a_step_is_stuck(hard_cases, monkeypatch):
+    """Faster than it ever is, so that each motion counts as stuck, which none does in front of no step."""
+    actor = experiment_script("hardening/policy_gradient.py").Actor(ROBUST)
+    monkeypatch.setattr(hard_cases, "STUCK_M_PER_S", 100.0)
+    cases = (hard_cases.Case(0.0, 1.0), hard_cases.Case(0.0, step_up_m=0.001))
+    bipeds = hard_cases.HardCases(4, ROBUST, np.random.default_rng(1), actor, cases)
+    observations, _ = bipeds.reset(options={}, seed=1)
+    assert [len(hard) for hard in bipeds.hard] == [0, 24]
+    _, _, terminated, cut_off, info = bipeds.step(actor.act(observations))
+    assert terminated.tolist() == [False, False, True, True] and not cut_off.any()
+    assert info["final_obs"][3].shape == (14,)
+
+
+def test_ways_are_up_where_the_controller_falls(hard_cases, monkeypatch):
+    ways = experiment_script("hardening/ways.py")
+    for name, value in (("AT_ONCE", 2), ("SAMPLES", 24), ("ELITE", 4), ("GENERATIONS", 12)):
+        monkeypatch.setattr(ways, name, value)
+    actor = experiment_script("hardening/policy_gradient.py").Actor(ROBUST)
+    rng = np.random.default_rng(1)
+    cases = hard_cases.HardCases(12, ROBUST, rng, actor)
+    # None does without help; a way is up as long as is asked for.
+    case = hard_cases.Case(0.0, 320.0)
+    starts = cases.motions(gaitshift.Controller.load(ROBUST))[0.0]
+    falls = starts[cases.falls(actor, starts, case)][:2]
+    search = ways.Search(cases, case, ROBUST)
+    none = np.zeros((2, ways.KNOTS, 2))
+    assert (search.follow(falls, none, ways.UP)[0] < ways.UP).all()
+    found = search.ways(falls, rng)
+    assert any(way is not None for way in found)
+    for start, way in zip(falls, found):
+        if way is not None:
+            up, seen, done = search.follow(start[None], way[None], ways.UP)
+            assert up.tolist() == [ways.UP] and seen.shape == (1, ways.UP, 14)
+            # What was done is the controller's own after the last knot, and within the motors' range.
+            own = ways.KNOT * (ways.KNOTS - 1)
+            assert done[0, own:] == pytest.approx(np.clip(actor.act(seen[0, own:]), -1, 1), abs=1e-6)
+            assert np.abs(done).max() <= 1 and not np.allclose(done[0, :own], actor.act(seen[0, :own]), atol=1e-3)
+
+
+def test_offsets_are_straight_lines_between_knots():
+    ways = experiment_script("hardening/ways.py")
+    knots = np.arange(ways.KNOTS * 2.0).reshape(1, ways.KNOTS, 2)
+    assert ways.offsets_at(knots, 0).tolist() == [[0, 1]]
+    assert ways.offsets_at(knots, 25)[0] == pytest.approx([5, 6])
+    assert not ways.offsets_at(knots, ways.KNOT * (ways.KNOTS - 1)).any()

@@ -2,7 +2,8 @@
 before it has learned, and refuses what is no mean of a network and its mirror image; its advantages are those of their
 definition, also where an episode ends or is cut off; what did better than expected becomes likelier, unless what the
 controller did before weighs more; a second controller is imitated at speed after pushes forward, and nowhere else; with
-`--gaits` steps cost what they lack, and with `--anew` little of what was done before is held where a run is learned."""
+`--gaits` steps cost what they lack, and with `--anew` little of what was done before is held where a run is learned; ways that
+were found are learned, and hard cases are held as `--after-pushes` says."""
 
 import csv
 import sys
@@ -27,7 +28,7 @@ def script():
 def learner(script):
     """Of a biped in each group."""
     torch.manual_seed(1)
-    bipeds = script.Bipeds(ROBUST, script.groups(1.0, 1.0, 1.0), 7, 0.5, np.random.default_rng(1))
+    bipeds = script.Bipeds(ROBUST, script.groups(script.Held(1.0, 1.0, 1.0)), 7, 0.5, np.random.default_rng(1))
     before, at_speed = (script.Actor(ROBUST).requires_grad_(False) for _ in range(2))
     at_speed.layers[-1].bias[0] += 1
     return script.Learner(script.Actor(ROBUST), before, at_speed, bipeds, 1e-4, 0.15)
@@ -107,7 +108,7 @@ def test_what_did_better_becomes_likelier(script, learner, keep, moves):
 
 def test_with_gaits_steps_cost_and_the_motion_between_is_free(script):
     torch.manual_seed(1)
-    parts = script.groups(6.0, 7.0, 8.0, gaits=True, anew=True)
+    parts = script.groups(script.Held(6.0, 7.0, 8.0), script.Extras(gaits=True, anew=True))
     bipeds = script.Bipeds(ROBUST, parts, 12, 0.5, np.random.default_rng(1), anew=True)
     actors = [script.Actor(ROBUST) for _ in range(3)]
     done = script.Learner(*actors, bipeds, 1e-4, 0.02, gaits=0.5).rollout()
@@ -148,7 +149,7 @@ def test_far_above_the_axis_two_others_are_imitated(script, tmp_path):
         with torch.no_grad():
             teacher.layers[-1].bias += bias
         teacher.save(tmp_path / name, seed=1)
-    parts = script.groups(1.0, 1.0, 1.0, raised=True)
+    parts = script.groups(script.Held(1.0, 1.0, 1.0), script.Extras(raised_m=(0.06, 0.1)))
     assert [part.name for part in parts if part.taught] == ["far raised"]
     bipeds = script.Bipeds(ROBUST, parts, 7, 0.5, np.random.default_rng(1))
     actors = [script.Actor(ROBUST).requires_grad_(False) for _ in range(3)]
@@ -159,3 +160,46 @@ def test_far_above_the_axis_two_others_are_imitated(script, tmp_path):
     seen[:, script.OMEGA_V] = torch.tensor([-0.3, 0.5, 3.0]).repeat(2) * actors[0].scale[script.OMEGA_V]
     difference = learner.to_imitate(seen, groups) - actors[1](seen)
     assert (difference[:3] == 0).all() and (difference[3] < 0).all() and (difference[4:] > 0).all()
+
+
+def test_ways_are_learned(script, tmp_path):
+    torch.manual_seed(1)
+    path = tmp_path / "ways.npz"
+    rng = np.random.default_rng(1)
+    observations = rng.normal(scale=0.1, size=(3, 150, 14)).astype(np.float32)
+    np.savez(path, observations=observations, actions=rng.uniform(-0.5, 0.5, (3, 150, 2)).astype(np.float32))
+    parts = script.groups(script.Held(0.0, 0.0, 0.0))
+    bipeds = script.Bipeds(ROBUST, parts, 7, 0.5, rng)
+    actors = [script.Actor(ROBUST) for _ in range(3)]
+    learner = script.Learner(*actors, bipeds, 1e-3, 0.15, ways=path)
+    seen, done = learner.ways
+    assert seen.shape == (300, 14) and done.shape == (300, 2)
+    assert torch.equal(seen[100], torch.from_numpy(observations[1, 0]) * actors[0].scale)
+    before = learner.from_ways().item()
+    rollout = script.Rollout.zeros(bipeds.count)
+    for _ in range(10):
+        learner.update(rollout, torch.zeros(bipeds.count), critic_alone=False)
+    assert learner.from_ways().item() < 0.5 * before
+
+
+def test_a_file_that_holds_no_ways_is_refused(script, tmp_path):
+    path = tmp_path / "ways.npz"
+    np.savez(path, observations=np.zeros((1, 100, 14)))
+    for missing in (path, tmp_path / "none.npz"):
+        with pytest.raises(SystemExit, match="has written"):
+            script.read_ways(missing, torch.ones(14))
+
+
+def test_after_pushes_says_how_much_is_held_in_hard_cases(script):
+    for after in (script.HARDLY, 30.0):
+        parts = {part.name: part for part in script.groups(script.Held(6.0, 7.0, 8.0, after), script.Extras(hard=True))}
+        held = {name: (part.keep, part.elsewhere) for name, part in parts.items()}
+        assert held["hard cases"] == held["down"] == (after, after)
+        assert held["backward"] == (8.0, after) and held["forward"] == (8.0, 7.0)
+        assert held["undisturbed"] == (6.0, 6.0)
+
+
+def test_hard_steps_need_the_bipeds_of_hard_pushes(script, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", f"policy_gradient.py --controller {ROBUST} --out {tmp_path} --hard-steps".split())
+    with pytest.raises(SystemExit, match="--hard-pushes"):
+        script.main()
