@@ -48,13 +48,18 @@ fn draw(a: &RenderArguments, places: &Places, recording: &Recording) -> Result<(
     }
     let mut files = Vec::new();
     if let Some(path) = &places.stride {
-        let middle_s = middle_s(recording, a.from_s, a.to_s);
-        match write_stride(
-            recording,
-            a.stride_at_s.unwrap_or(middle_s),
-            usize::from(a.poses.unwrap_or(POSES)),
-            path,
-        ) {
+        let poses = usize::from(a.poses.unwrap_or(POSES));
+        let written = match (a.stride_at_s, a.from_s, a.to_s) {
+            // A fall is no whole stride.
+            (None, Some(from_s), Some(to_s)) if places.animation.is_none() => {
+                write_poses(recording, (from_s, to_s), poses, path)
+            }
+            (at_s, from_s, to_s) => {
+                let time_s = at_s.unwrap_or_else(|| middle_s(recording, from_s, to_s));
+                write_stride(recording, time_s, poses, path)
+            }
+        };
+        match written {
             Ok(written) => files.extend(written),
             // A motion that takes no stride can still be animated.
             Err(failure @ Failure::Input(_))
@@ -279,10 +284,20 @@ pub fn write_stride(
 ) -> Result<Vec<PathBuf>, Failure> {
     let (from_s, to_s) = stride_at(recording, time_s).ok_or_else(|| {
         Failure::input(format!(
-            "no whole stride of the right leg is recorded around {time_s} s; choose another \
-             --stride-at-s"
+            "no whole stride of the right leg is recorded around {time_s} s; choose another --stride-at-s, or the time to be \
+             drawn by --strobe with --from-s and --to-s"
         ))
     })?;
+    write_poses(recording, (from_s, to_s), poses, path)
+}
+
+/// Writes poses of a time range; gives the files written.
+fn write_poses(
+    recording: &Recording,
+    (from_s, to_s): (f64, f64),
+    poses: usize,
+    path: &Path,
+) -> Result<Vec<PathBuf>, Failure> {
     strobe(recording, from_s, to_s, poses)
         .and_then(|figure| figure.write(path))
         .map_err(output::figure_failure)

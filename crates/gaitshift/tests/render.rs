@@ -118,7 +118,25 @@ fn a_motion_without_a_stride_is_still_animated() {
     assert!(place.path("omega_v_0.gif").exists());
     place.refused(
         "render omega_v_0.csv --strobe",
-        &["no whole stride", "--stride-at-s"],
+        &["no whole stride", "--stride-at-s", "--to-s"],
+    );
+}
+
+// Of a fall there was no still. It is on the ground after 0.3 s, where the recording ends.
+#[test]
+fn a_time_that_is_no_stride_is_drawn_where_it_is_asked_for() {
+    let place = Place::new();
+    place.stdout("evaluate --omega-v 0 --duration-s 6 --push 600@4 --out .");
+    let still = "render omega_v_0.csv --out fall.svg --from-s 4 --to-s 4.6 --poses 4";
+    place.stdout(still);
+    let svg = String::from_utf8(place.read("fall.svg")).unwrap();
+    assert!(svg.contains("a pose every 0.10 s"), "{svg}");
+    // With the animation, or a stride asked for, it is the stride.
+    place.stdout("render omega_v_0.csv --from-s 1 --to-s 3 --fps 5 --width 160 --out both");
+    place.stdout("render omega_v_0.csv --out stride.svg --stride-at-s 2");
+    assert_eq!(
+        place.read("both/omega_v_0-stride.svg"),
+        place.read("stride.svg")
     );
 }
 

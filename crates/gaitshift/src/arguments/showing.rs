@@ -18,18 +18,19 @@ Examples:
   gaitshift render out/transition/recording.csv --out run.gif --from-s 12 --to-s 14 --slow-motion 4
   gaitshift render out/transition/recording.csv --out film.mp4 --width 1280
   gaitshift render out/transition/recording.csv --out frames --frames --transparent
-  gaitshift render out/transition/recording.csv --out stride.svg --stride-at-s 18")]
+  gaitshift render out/transition/recording.csv --out stride.svg --stride-at-s 18
+  gaitshift render out/transition/recording.csv --out change.svg --from-s 9.5 --to-s 11.5 --poses 20")]
 pub struct RenderArguments {
     /// Recording (CSV), as `gaitshift evaluate --out` and `gaitshift transition` write it
     #[arg(value_name = "RECORDING.csv")]
     pub recording: PathBuf,
 
     /// Folder for both pictures, or one file: FILE.gif, FILE.mp4 or FILE.webm for the animation, FILE.svg or FILE.png for
-    /// the stride [default: the recording's folder]
+    /// the stride, or, with --from-s and --to-s, for the time between them [default: the recording's folder]
     #[arg(long, value_name = "DIR|FILE")]
     pub out: Option<PathBuf>,
 
-    /// Draw only the stride
+    /// Draw only the stride, or, with --from-s and --to-s, the time between them
     #[arg(long)]
     pub strobe: bool,
 
@@ -67,7 +68,7 @@ pub struct RenderArguments {
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = recorded_s)]
     pub stride_at_s: Option<f64>,
 
-    /// Poses of the stride, 2 to 60 [default: 12]
+    /// Poses of the stride or the time drawn, 2 to 60 [default: 12]
     #[arg(
         long,
         value_name = "N",
