@@ -14,6 +14,8 @@ pub(crate) const WHITE: Ink = Ink::hex(0xffffff);
 pub(crate) const RIGHT: Ink = Ink::hex(0xd55e00);
 pub(crate) const LEFT: Ink = Ink::hex(0x0072b2);
 pub(crate) const COMMAND: Ink = Ink::hex(0x008060);
+/// The same colour as [`PAPER`], which is nowhere in the same picture.
+pub(crate) const PUSH: Ink = PAPER;
 pub(crate) const PAPER: Ink = Ink::hex(0xcc79a7);
 
 /// Text along axes, in legends and titles, in user units.

@@ -7,13 +7,15 @@ use crate::chart::{Axis, Panel};
 use crate::legend::{Spacing, places};
 use crate::motion::Motion;
 use crate::raster::fitting;
-use crate::style::{COMMAND, LABEL, MEDIUM, QUIET, TEXT, TITLE};
+use crate::style::{COMMAND, LABEL, MEDIUM, PUSH, QUIET, TEXT, TITLE};
 use crate::support;
 use crate::{Figure, FigureError};
 
 const HATCH: Ink = TEXT.opacity(0.55);
 /// Slopes of the command this near to each other, as a share of the steepest, are those of one line.
 const STRAIGHT: f64 = 1e-6;
+/// Least width of the mark of a push, in user units.
+const NARROWEST: f64 = 1.5;
 
 /// What a figure of a time range shows and how large it is.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,8 +45,8 @@ impl Default for FigureOptions {
 /// Kinetic, gravitational and elastic energy and the speed against time, in stacked panels.
 ///
 /// The background tells the support phases apart, the hatching marks the `ramp` from its start to its
-/// end in s, or each of several, but no command that changes along a curve, and the command `ω_v` is drawn over the speed with its own axis. Gravitational energy is
-/// counted from its lowest value in the picture.
+/// end in s, or each of several, but no command that changes along a curve, and the command `ω_v` is drawn over the speed with its
+/// own axis. Pushes are marked while they last. Gravitational energy is counted from its lowest value in the picture.
 ///
 /// # Errors
 /// [`FigureError::Empty`] or [`FigureError::TimeRange`] if no row lies in the range,
@@ -79,7 +81,14 @@ pub fn transition_figure(
     let right = 54.0;
     let title_height = if options.title.is_some() { 22.0 } else { 0.0 };
     let hatched = ramps(recording, ramp);
-    let legend = Legend::new(options.width - 24.0, !hatched.is_empty());
+    let shown =
+        |&(start_s, end_s): &(f64, f64)| end_s >= motion.first_s() && start_s <= motion.last_s();
+    let pushes: Vec<_> = pushes(recording).into_iter().filter(shown).collect();
+    let legend = Legend::new(
+        options.width - 24.0,
+        !hatched.is_empty(),
+        !pushes.is_empty(),
+    );
     let top = title_height + legend.height + 12.0;
     let (panel_height, gap) = (104.0, 8.0);
     let height = top + 4.0 * panel_height + 3.0 * gap + 46.0;
@@ -121,6 +130,11 @@ pub fn transition_figure(
         for &ramp in &hatched {
             hatch_ramp(&mut canvas, &panel, ramp);
         }
+        for &(start_s, end_s) in &pushes {
+            let band = panel.band(start_s, end_s);
+            let width = band.width.max(NARROWEST);
+            canvas.rect(Rect { width, ..band }, Paint::fill(PUSH.opacity(0.75)));
+        }
         let is_speed = i + 1 == curves.len();
         if is_speed {
             draw_command(&mut canvas, &panel, &motion);
@@ -139,6 +153,19 @@ pub fn transition_figure(
     }
     Ok(Figure {
         svg: canvas.finish(),
+    })
+}
+
+/// From when to when each push of a recording lasts, in s.
+fn pushes(recording: &Recording) -> Vec<(f64, f64)> {
+    let disturbance = recording.metadata.disturbance.as_ref();
+    let pushes = disturbance.and_then(|d| d.get("pushes")?.as_array());
+    let interval = |push: &serde_json::Value| {
+        let start_s = push.get("start_s")?.as_f64()?;
+        Some((start_s, start_s + push.get("duration_s")?.as_f64()?))
+    };
+    pushes.map_or_else(Vec::new, |pushes| {
+        pushes.iter().filter_map(interval).collect()
     })
 }
 
@@ -203,12 +230,18 @@ fn draw_command(canvas: &mut Canvas, panel: &Panel, motion: &Motion) {
     panel.right_axis(canvas, &axis, "command ω\u{1d65} (s/m)", COMMAND);
 }
 
-/// Swatches of the support phases and of the ramp, in as many rows as the width needs.
+/// Swatches of the support phases, of the ramp and of pushes, in as many rows as the width needs.
 struct Legend {
+    entries: Vec<(&'static str, Swatch)>,
     /// Position of each entry relative to the legend's first base line.
     places: Vec<(f64, f64)>,
     height: f64,
-    ramp: bool,
+}
+
+#[derive(Clone, Copy)]
+enum Swatch {
+    Fill(Ink),
+    Hatch,
 }
 
 impl Legend {
@@ -218,31 +251,31 @@ impl Legend {
         row: 17.0,
     };
 
-    fn names(ramp: bool) -> impl Iterator<Item = &'static str> {
-        support::PHASES
-            .into_iter()
-            .map(support::name)
-            .chain(ramp.then_some("ramp"))
-    }
-
-    fn new(width: f64, ramp: bool) -> Self {
-        let (places, height) = places(Self::names(ramp), Self::SPACING, width);
+    fn new(width: f64, ramp: bool, push: bool) -> Self {
+        let phases = support::PHASES.into_iter();
+        let mut entries: Vec<_> = phases
+            .map(|phase| (support::name(phase), Swatch::Fill(support::shade(phase))))
+            .collect();
+        entries.extend(ramp.then_some(("ramp", Swatch::Hatch)));
+        entries.extend(push.then_some(("push", Swatch::Fill(PUSH.opacity(0.75)))));
+        let names = entries.iter().map(|(name, _)| *name);
+        let (places, height) = places(names, Self::SPACING, width);
         Self {
+            entries,
             places,
             height,
-            ramp,
         }
     }
 
     fn draw(&self, canvas: &mut Canvas, left: f64, base: f64) {
-        for (i, (name, (x, y))) in Self::names(self.ramp).zip(&self.places).enumerate() {
+        for (&(name, swatch), (x, y)) in self.entries.iter().zip(&self.places) {
             let (x, y) = (left + x, base + y);
-            let swatch = Rect::new(x, y - 9.5, 14.0, 11.0);
-            match support::PHASES.get(i) {
-                Some(&phase) => canvas.rect(swatch, Paint::fill(support::shade(phase))),
-                None => canvas.hatch(swatch, HATCH, 5.0),
+            let place = Rect::new(x, y - 9.5, 14.0, 11.0);
+            match swatch {
+                Swatch::Fill(ink) => canvas.rect(place, Paint::fill(ink)),
+                Swatch::Hatch => canvas.hatch(place, HATCH, 5.0),
             }
-            canvas.rect(swatch, Paint::stroke(QUIET, 0.6));
+            canvas.rect(place, Paint::stroke(QUIET, 0.6));
             canvas.text((x + Self::SPACING.name, y), name, LABEL);
         }
     }

@@ -269,3 +269,42 @@ fn support_phases_differ_in_grey_print() {
         assert!(pair[1] - pair[0] > 0.07, "{pair:?}");
     }
 }
+
+// A figure of a stumble did not say when the push was.
+#[test]
+fn a_push_is_marked_while_it_lasts() {
+    let mut recording = common::transition();
+    let marks = |recording: &Recording| {
+        let figure = transition_figure(recording, RAMP, &shown()).unwrap();
+        keep("transition_push.png", &figure.to_png(2.0).unwrap());
+        let rects = figure.svg.split("<rect ").skip(1);
+        let of_push = rects.filter(|rect| rect.contains("#cc79a7"));
+        let places = of_push.map(|rect| {
+            let number = |name: &str| {
+                let value = rect.split(&format!("{name}=\"")).nth(1).unwrap();
+                value.split('"').next().unwrap().parse::<f64>().unwrap()
+            };
+            (number("x"), number("width"))
+        });
+        places.collect::<Vec<_>>()
+    };
+    recording.metadata.disturbance = Some(serde_json::json!({"pushes": [
+        {"forward_n": 80.0, "start_s": 2.0, "duration_s": 0.1},
+        {"forward_n": 80.0, "start_s": 6.0, "duration_s": 0.1},
+    ]}));
+    let marks_of_one = marks(&recording);
+    // Four panels and the legend; the second comes after what is shown.
+    assert_eq!(marks_of_one.len(), 5, "{marks_of_one:?}");
+    let (x, width) = marks_of_one[1];
+    let second = (RIGHT - LEFT) / 5.0;
+    assert!((x - (LEFT + 1.5 * second)).abs() < 0.1, "{x}");
+    assert!((width - 0.1 * second).abs() < 0.1, "{width}");
+    for none in [
+        serde_json::json!({"pushes": []}),
+        serde_json::json!({"pushes": [{"start_s": "soon"}, 3]}),
+        serde_json::json!(null),
+    ] {
+        recording.metadata.disturbance = Some(none);
+        assert!(marks(&recording).is_empty());
+    }
+}
