@@ -186,8 +186,9 @@ def test_bad_motions_are_refused(controller):
     ]:
         with pytest.raises(error, match=words):
             controller.record(1.0, 1.0, **wrong)
-    with pytest.raises((OverflowError, TypeError, ValueError)):
-        controller.record(1.0, 1.0, seed=-1)
+    for seed in (-1, 2**64, 1.5, True):
+        with pytest.raises(ValueError, match=r"`seed` is .* whole number"):
+            controller.record(1.0, 1.0, seed=seed)
 
 
 def test_files_that_are_none_are_refused(tmp_path, recording):

@@ -213,7 +213,7 @@ class Controller:
             points = [(float(t), float(w)) for t, w in omega_v]
         tables = {"body": body, "task": task, "disturbance": disturbance}
         changes = {name: checked_table(name, table) for name, table in tables.items()}
-        return Recording._wrap(self._native.record(points, duration_s, seed, **changes))
+        return Recording._wrap(self._native.record(points, duration_s, checked_whole("seed", seed, 0), **changes))
 
     def onnx(self) -> bytes:
         """The policy as an ONNX file: ``observation`` (batch, 14), not scaled, to ``action`` (batch, 2)."""
@@ -238,6 +238,15 @@ def checked_table(name: str, table: Mapping[str, Any] | None) -> dict[str, Any] 
     if not isinstance(table, Mapping):
         raise TypeError(f"`{name}` must be a mapping of parameters, not {type(table).__name__}")
     return dict(table)
+
+
+def checked_whole(name: str, value: int | None, least: int) -> int | None:
+    """A whole number of 64 bits, if it is given."""
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value < 2**64:
+        raise ValueError(f"`{name}` is {value!r}, but it must be a whole number from {least} to 2**64 - 1")
+    return int(value)
 
 
 def _controller(data: bytes, name: str) -> Controller:

@@ -17,7 +17,7 @@ import numpy as np
 
 from gaitshift import _native
 from gaitshift._common import experiment_text
-from gaitshift._motion import Controller
+from gaitshift._motion import Controller, checked_whole
 
 if TYPE_CHECKING:
     import pandas
@@ -108,21 +108,13 @@ def train(
         experiment_text(experiment) or "fast",
         _receiver(callback),
         set=list(_assignments(set or {})),
-        seed=_whole("seed", seed, 0),
+        seed=checked_whole("seed", seed, 0),
         out=None if out is None else os.fspath(out),
-        threads=_whole("threads", threads, 1),
-        steps=_whole("steps", steps, 1),
+        threads=checked_whole("threads", threads, 1),
+        steps=checked_whole("steps", steps, 1),
         stop_when_accepted=stop_when_accepted,
     )
     return Run(folder)
-
-
-def _whole(name: str, value: int | None, least: int) -> int | None:
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value < 2**64:
-        raise ValueError(f"`{name}` is {value!r}, but it must be a whole number from {least} to 2**64 - 1")
-    return int(value)
 
 
 def _receiver(callback: Callback | None) -> Callable[..., object]:
@@ -203,8 +195,8 @@ class Run:
         _native.resume(
             os.fspath(self.folder),
             _receiver(callback),
-            threads=_whole("threads", threads, 1),
-            steps=_whole("steps", steps, 1),
+            threads=checked_whole("threads", threads, 1),
+            steps=checked_whole("steps", steps, 1),
         )
         return self
 
