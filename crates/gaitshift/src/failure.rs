@@ -30,14 +30,15 @@ impl Failure {
         Self::Run(cause.to_string())
     }
 
-    /// A file or folder that cannot be written.
+    /// A file or folder that cannot be written. A name that is taken by something else was given; the rest is the disk's.
     pub fn write(path: &Path, cause: &io::Error) -> Self {
         let path = path.display();
+        let taken = |what: &str| Self::Input(format!("cannot write {path}: {what}"));
         let what = match cause.kind() {
             io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => {
-                "a file is where a folder is to be; give another --out".to_owned()
+                return taken("a file is where a folder is to be; give another --out");
             }
-            io::ErrorKind::IsADirectory => "it is a folder; give a file as --out".to_owned(),
+            io::ErrorKind::IsADirectory => return taken("it is a folder; give a file as --out"),
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                 format!("{cause}; make room, or give another --out")
             }

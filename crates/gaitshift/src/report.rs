@@ -77,6 +77,7 @@ pub fn failure(error: ReportError) -> Failure {
         ReportError::NoSubject | ReportError::Subject(_) | ReportError::Log { .. } => {
             Failure::input(error)
         }
+        ReportError::Write { path, cause } => Failure::write(&path, &cause),
         _ => Failure::run(error),
     }
 }

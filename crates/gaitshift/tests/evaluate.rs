@@ -358,15 +358,6 @@ fn a_bad_profile_is_refused() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_made_is_a_failure() {
-    let place = Place::new();
-    place.write("file", "in the way");
-    let output = place.output("evaluate --omega-v 0 --duration-s 1 --out file/out");
-    assert_eq!(output.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("file/out"));
-}
-
-#[test]
 fn several_starts_are_told_with_mean_spread_and_falls() {
     let place = Place::new();
     let evaluate = "evaluate --omega-v 0:3:3 --duration-s 3 --seed 1..3";
@@ -742,11 +733,18 @@ fn slips_on_the_command_line_are_answered() {
     let output = alone.arg("my run.safetensors").output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("--controller 'my run.safetensors'"), "{said}");
-    // It was told by the system's error and its number.
+    // It was told by the system's error and its number, and in most commands was no bad input.
     place.write("file", "");
-    let output = place.output("evaluate --omega-v 0 --duration-s 1 --out file");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(said.contains("a file is where a folder is to be"), "{said}");
+    for command in [
+        "evaluate --omega-v 0 --duration-s 1 --out file",
+        "evaluate --omega-v 0 --duration-s 1 --out file/out",
+        "harden --rounds 1 --out file",
+        "reproduce --quick --out file",
+        "export onnx --out file/policy.onnx",
+    ] {
+        place.refused(command, &["a file is where a folder is to be", "--out"]);
+    }
+    place.refused("export onnx --out .", &["a folder", "--out"]);
 }
 
 // Motions that fell before the change had a row of their own, and the others no falls.

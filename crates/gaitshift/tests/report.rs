@@ -16,7 +16,7 @@ fn what_cannot_be_reported_on_is_one_error() {
     place.write("file", "");
     let output = place.output("report --quick shipped --out file");
     let error = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert_eq!(output.status.code(), Some(2), "{error}");
     assert!(error.contains("file") && error.contains("--out"), "{error}");
     assert!(!error.contains("steady motions"), "{error}");
 }
