@@ -64,8 +64,9 @@ NEAR_ZERO = 0.4  # s/m, of a command; beyond it what search has taught about pus
 ANEW = ((0.6, HARDLY), (2.8, 5.0))
 AT_SPEED = 2.5  # s/m, the least command at which `--at-speed-like` is imitated
 LOOK_EVERY = 20  # iterations, with `--hard-pushes`
-WAYS_WEIGHT, WAYS_ROWS, WAYS_PERIODS = 30.0, 2048, 100  # of `--ways`: rows of an update, and control periods of each way
-RAISED_WEIGHT = 30.0
+WAYS_ROWS, WAYS_PERIODS = 2048, 100  # of `--ways`: rows of an update, and control periods of each way
+CRITIC_ALONE, WARM_UP = 6, 12  # iterations at first, and after them, in which the actor's rate rises
+RAISED_WEIGHT = 30.0  # of `--raised-like`
 LEAST_NOISE, NOISE_LASTS = 0.02, 0.9  # standard deviation; what remains of the noise in the next control period
 
 
@@ -141,6 +142,7 @@ class Held:
     elsewhere: float  # after pushes forward beyond NEAR_ZERO
     near_zero: float  # within it, after pushes forward, backward and in any direction
     after_pushes: float = HARDLY  # after hard cases, pushes down, and those backward beyond NEAR_ZERO
+    walk: float | None = None  # undisturbed within NEAR_ZERO, where it is not as beyond
 
 
 @dataclass(frozen=True)
@@ -151,13 +153,15 @@ class Extras:
     anew: bool = False
     hard: bool = False
     raised_m: Sequence[float] = ()  # least and greatest height of the hip's mass above its axis
+    raised_near_zero: float = RAISED_WEIGHT
 
 
 def groups(held: Held, extras: Extras = Extras()) -> list[Group]:
     """Who meets what."""
+    walk = held.undisturbed if held.walk is None else held.walk
     any_direction = pushed(forward_n=(-300, 300), up_n=(-300, 300))
     parts = [
-        Group("undisturbed", 0.08, None, held.undisturbed, held.undisturbed, commands="all", gait=extras.gaits),
+        Group("undisturbed", 0.08, None, walk, held.undisturbed, commands="all", gait=extras.gaits),
         Group("weak", 0.15, WEAK, 10.0, 10.0, commands="all"),
         Group("other bodies", 0.15, {"body": OTHER_BODY, "hip_com_height_m": (-0.1, 0.0)}, HARDLY, HARDLY, commands="all"),
         Group("raised mass", 0.25, {"body": OTHER_BODY, "hip_com_height_m": (0.0, 0.07)}, HARDLY, HARDLY, commands="all"),
@@ -180,7 +184,7 @@ def groups(held: Held, extras: Extras = Extras()) -> list[Group]:
     if extras.raised_m:
         parts = [replace(part, share=SHARES_BESIDE_RAISED.get(part.name, part.share)) for part in parts]
         raised = {"hip_com_height_m": tuple(extras.raised_m)}
-        parts.append(Group("far raised", 0.5, raised, RAISED_WEIGHT, RAISED_WEIGHT, commands="all", taught=True))
+        parts.append(Group("far raised", 0.5, raised, extras.raised_near_zero, RAISED_WEIGHT, commands="all", taught=True))
     return parts
 
 
@@ -394,6 +398,7 @@ class Learner:
         gaits: float = 0.0,
         raised_like: Sequence[Path] = (),
         ways: Path | None = None,
+        ways_weight: float = 300.0,
     ) -> None:
         self.actor, self.before, self.at_speed, self.bipeds, self.gaits = actor, before, at_speed, bipeds, gaits
         self.forward = torch.tensor([part.forward for part in bipeds.parts])
@@ -413,9 +418,8 @@ class Learner:
         if any(not torch.equal(teacher.scale, actor.scale) for teacher in self.teachers):
             raise SystemExit("--raised-like: their observations are scaled otherwise; give controllers of the same recipe")
 
-        self.ways: tuple[Tensor, Tensor] | None = None
-        if ways:
-            self.ways = read_ways(ways, actor.scale)
+        self.ways = read_ways(ways, actor.scale) if ways else None
+        self.ways_weight = ways_weight
 
     def rollout(self) -> Rollout:
         bipeds, scale = self.bipeds, self.actor.scale.numpy()
@@ -503,7 +507,7 @@ class Learner:
                 loss = (keep[chosen] * difference - gain).mean()
                 if self.ways:
                     rows = torch.randint(len(self.ways[0]), (WAYS_ROWS,))
-                    loss = loss + WAYS_WEIGHT * self.from_ways(rows)
+                    loss = loss + self.ways_weight * self.from_ways(rows)
                 self.actor_adam.zero_grad()
                 loss.backward()
                 nn.utils.clip_grad_norm_(self.actor.parameters(), 1.0)
@@ -523,10 +527,11 @@ def main() -> None:
     parser.add_argument("--iterations", type=int, default=400)
     parser.add_argument("--bipeds", type=int, default=1024)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--learning-rate", type=float, default=1e-4, help="at first; it falls to a fiftieth")
+    parser.add_argument("--learning-rate", type=float, default=1e-4, help="once it is warm; it falls to a fiftieth")
     parser.add_argument("--noise", type=float, default=0.15, help="greatest deviation of exploration, of the greatest force")
     parser.add_argument("--keep", type=float, default=300.0, help="weight of the undisturbed motion as it was")
-    parser.add_argument("--elsewhere", type=float, default=100.0, help="the same after pushes forward, not near ω_v = 0")
+    parser.add_argument("--keep-walk", type=float, help="the same near ω_v = 0 [default: as --keep]")
+    parser.add_argument("--elsewhere", type=float, default=100.0, help="the same after pushes forward, not near 0")
     parser.add_argument("--near-zero", type=float, default=0.05, help="the same near 0, after pushes not down alone")
     parser.add_argument("--at-speed-like", type=Path, help=f"controller to imitate there at ω_v > {AT_SPEED:g}")
     parser.add_argument("--gaits", type=float, default=0.0, help="cost of what a step lacks of its gait, 0.4 for example")
@@ -535,12 +540,16 @@ def main() -> None:
     parser.add_argument("--hard-steps", action="store_true", help="with --hard-pushes: some of them come to steps up instead")
     parser.add_argument("--after-pushes", type=float, default=HARDLY, help="the same after hard cases, pushes backward or down")
     parser.add_argument("--ways", type=Path, help="file of ways.py; they are imitated")
+    parser.add_argument("--ways-weight", type=float, default=300.0, help="weight of that")
     parser.add_argument(
         "--raised-like", type=Path, nargs=2, default=(), metavar=("BEYOND", "NEAR_ZERO"),
         help="controllers to imitate with the hip's mass far above its axis, at ω_v beyond 0.4 and nearer to 0",
     )
     parser.add_argument(
         "--raised-m", type=float, nargs=2, default=(0.06, 0.1), metavar=("LEAST", "GREATEST"), help="these heights, in m"
+    )
+    parser.add_argument(
+        "--raised-near-zero", type=float, default=RAISED_WEIGHT, help="weight of the latter controller there"
     )
     parser.add_argument("--anew", action="store_true", help="with --gaits: hardly imitate it at ω_v from 0.6 to 2.8")
     arguments = parser.parse_args()
@@ -553,9 +562,12 @@ def main() -> None:
     torch.set_num_threads(1)
     torch.manual_seed(arguments.seed)
     rng = np.random.default_rng(arguments.seed)
-    held = Held(arguments.keep, arguments.elsewhere, arguments.near_zero, arguments.after_pushes)
+    held = Held(arguments.keep, arguments.elsewhere, arguments.near_zero, arguments.after_pushes, arguments.keep_walk)
     raised_m = arguments.raised_m if arguments.raised_like else ()
-    parts = groups(held, Extras(arguments.gaits > 0, arguments.anew, arguments.hard_pushes, raised_m))
+    extras = Extras(
+        arguments.gaits > 0, arguments.anew, arguments.hard_pushes, raised_m, arguments.raised_near_zero
+    )
+    parts = groups(held, extras)
     cases = PUSHES + STEPS if arguments.hard_steps else PUSHES
     begin = arguments.begin or arguments.controller
     bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng, arguments.anew, begin, cases)
@@ -563,7 +575,7 @@ def main() -> None:
     at_speed = Actor(arguments.at_speed_like or arguments.controller).requires_grad_(False)
     learner = Learner(
         actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise, arguments.gaits,
-        arguments.raised_like, arguments.ways,
+        arguments.raised_like, arguments.ways, arguments.ways_weight,
     )
     seconds_of = CONTROL_PERIODS * CONTROL_PERIOD_S * np.bincount(bipeds.group)  # a group's in an iteration
     arguments.out.mkdir(parents=True, exist_ok=True)
@@ -578,13 +590,14 @@ def main() -> None:
         began = time.monotonic()
         for iteration in range(1, arguments.iterations + 1):
             share_left = 1 - iteration / arguments.iterations
-            learner.actor_adam.param_groups[0]["lr"] = arguments.learning_rate * max(0.02, share_left)
+            warm = min(1.0, max(0.05, (iteration - CRITIC_ALONE) / WARM_UP))
+            learner.actor_adam.param_groups[0]["lr"] = arguments.learning_rate * max(0.02, share_left) * warm
             keep = bipeds.keep()
             if bipeds.hard and iteration % LOOK_EVERY == 0:
                 bipeds.hard.look(actor)
             done = learner.rollout()
             bipeds.change_commands()
-            moved, divergence = learner.update(done, keep, critic_alone=iteration <= 6)
+            moved, divergence = learner.update(done, keep, critic_alone=iteration <= CRITIC_ALONE)
             falls = np.bincount(bipeds.group, weights=done.fell.sum(0)) / seconds_of
             lack, steps = (np.bincount(bipeds.group, weights=rows.sum(0)) for rows in (done.lack, done.landed))
             of_step = (lack / np.maximum(steps, 1))[[part.gait for part in parts]]

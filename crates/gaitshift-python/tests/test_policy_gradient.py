@@ -199,6 +199,15 @@ def test_after_pushes_says_how_much_is_held_in_hard_cases(script):
         assert held["undisturbed"] == (6.0, 6.0)
 
 
+def test_near_zero_the_walk_and_raised_bodies_have_weights_of_their_own(script):
+    extras = script.Extras(raised_m=(0.06, 0.1), raised_near_zero=0.5)
+    parts = {part.name: part for part in script.groups(script.Held(6.0, 7.0, 8.0, walk=9.0), extras)}
+    undisturbed, raised = parts["undisturbed"], parts["far raised"]
+    assert (undisturbed.keep, undisturbed.elsewhere) == (9.0, 6.0)
+    assert (raised.keep, raised.elsewhere) == (0.5, script.RAISED_WEIGHT)
+    assert raised.randomization == {"hip_com_height_m": (0.06, 0.1)}
+
+
 def test_hard_steps_need_the_bipeds_of_hard_pushes(script, tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", f"policy_gradient.py --controller {ROBUST} --out {tmp_path} --hard-steps".split())
     with pytest.raises(SystemExit, match="--hard-pushes"):
