@@ -604,7 +604,7 @@ def main() -> None:
             with torch.no_grad():
                 of_ways = [round(float(learner.from_ways()), 6)] if learner.ways else []
             elapsed_s = round(time.monotonic() - began)
-            measured = [*falls.round(4), *moved.round(6), *of_step.round(3), *of_ways]
+            measured = [*falls.round(4), *moved.round(9), *of_step.round(3), *of_ways]
             rows.writerow([iteration, elapsed_s, round(divergence, 5), *measured])
             log.flush()
             told = ", ".join(f"{name} {fall:.3f}" for name, fall in zip(names, falls))
