@@ -41,6 +41,14 @@ impl TrainingError {
 pub(crate) fn io_error(path: &Path) -> impl FnOnce(io::Error) -> TrainingError + '_ {
     |e| {
         let remedy = match e.kind() {
+            io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => {
+                let cause = "a file is where a folder is to be; give another --out";
+                return TrainingError::other(path, cause.to_owned());
+            }
+            io::ErrorKind::IsADirectory => {
+                let cause = "it is a folder; remove it, or give another --out";
+                return TrainingError::other(path, cause.to_owned());
+            }
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                 "make room; a run goes on from its last checkpoint with --resume"
             }

@@ -3,7 +3,7 @@
 use crate::canvas::{Canvas, Paint, Rect};
 use crate::chart::{Axis, Panel};
 use crate::legend::{Spacing, places};
-use crate::raster::fitting;
+use crate::raster::{fitting, text_width};
 use crate::style::{LABEL, QUIET, SERIES, SMALL, TITLE};
 use crate::{Figure, FigureError};
 
@@ -39,6 +39,7 @@ const SPACING: Spacing = Spacing {
     gap: 16.0,
     row: 17.0,
 };
+const NOTE: &str = "dots: median over the starts; lines: least to greatest";
 /// Of the legend.
 const FIRST_BASE: f64 = 19.0;
 
@@ -72,7 +73,9 @@ pub fn intervals_figure(
     let left = 46.0;
     let columns = panels.len().min(COLUMNS);
     let rows = panels.len().div_ceil(COLUMNS);
-    let sheet_width = left + columns as f64 * (width + gap.0) - gap.0 + 14.0;
+    let of_panels = left + columns as f64 * (width + gap.0) - gap.0 + 14.0;
+    // One panel is narrower than what stands over it.
+    let sheet_width = of_panels.max(left + text_width(NOTE, SMALL) + SPACING.gap);
     let legend_width = sheet_width - left - SPACING.gap;
     let fit = |name: &String| fitting(name, SMALL, legend_width - SPACING.name);
     let names: Vec<String> = series.iter().map(fit).collect();
@@ -85,11 +88,7 @@ pub fn intervals_figure(
         canvas.circle((x + 6.0, base - 4.0), 3.5, Paint::fill(ink));
         canvas.text((x + SPACING.name, base), name, LABEL);
     }
-    canvas.text(
-        (left, note),
-        "dots: median over the starts; lines: least to greatest",
-        LABEL,
-    );
+    canvas.text((left, note), NOTE, LABEL);
     for (k, panel) in panels.iter().enumerate() {
         let place = ((k % COLUMNS) as f64, (k / COLUMNS) as f64);
         let area = Rect::new(

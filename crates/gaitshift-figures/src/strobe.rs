@@ -74,11 +74,12 @@ pub fn strobe_within(
     let (first_s, last_s) = (motion.first_s(), motion.last_s());
     let duration_s = motion.duration_s();
     if duration_s <= 0.0 {
+        let whole = Motion::whole(recording)?;
         return Err(FigureError::TimeRange {
             from_s,
             to_s,
-            first_s,
-            last_s,
+            first_s: whole.first_s(),
+            last_s: whole.last_s(),
         });
     }
 
@@ -151,7 +152,8 @@ pub fn strobe_within(
             "heights over the ground below the hip",
         ],
     };
-    let every = format!("a pose every {interval_s:.2} s");
+    let decimals = if interval_s < 0.02 { 4 } else { 2 };
+    let every = format!("a pose every {interval_s:.decimals$} s");
     let parts = [every, note]
         .into_iter()
         .chain(heights.iter().map(|&part| part.to_owned()));

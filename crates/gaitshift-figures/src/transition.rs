@@ -16,6 +16,8 @@ const HATCH: Ink = TEXT.opacity(0.55);
 const STRAIGHT: f64 = 1e-6;
 /// Least width of the mark of a push, in user units.
 const NARROWEST: f64 = 1.5;
+/// Its height, at the top of a panel.
+const MARK: f64 = 7.0;
 
 /// What a figure of a time range shows and how large it is.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,7 +84,7 @@ pub fn transition_figure(
     let title_height = if options.title.is_some() { 22.0 } else { 0.0 };
     let hatched = ramps(recording, ramp);
     let shown =
-        |&(start_s, end_s): &(f64, f64)| end_s >= motion.first_s() && start_s <= motion.last_s();
+        |&(start_s, end_s): &(f64, f64)| end_s > motion.first_s() && start_s < motion.last_s();
     let pushes: Vec<_> = pushes(recording).into_iter().filter(shown).collect();
     let legend = Legend::new(
         options.width - 24.0,
@@ -133,7 +135,13 @@ pub fn transition_figure(
         for &(start_s, end_s) in &pushes {
             let band = panel.band(start_s, end_s);
             let width = band.width.max(NARROWEST);
-            canvas.rect(Rect { width, ..band }, Paint::fill(PUSH.opacity(0.75)));
+            let mark = Rect {
+                left: band.left.min(area.right() - width),
+                width,
+                height: MARK,
+                ..band
+            };
+            canvas.rect(mark, Paint::fill(PUSH));
         }
         let is_speed = i + 1 == curves.len();
         if is_speed {
@@ -161,6 +169,11 @@ fn pushes(recording: &Recording) -> Vec<(f64, f64)> {
     let disturbance = recording.metadata.disturbance.as_ref();
     let pushes = disturbance.and_then(|d| d.get("pushes")?.as_array());
     let interval = |push: &serde_json::Value| {
+        let force = |name: &str| push.get(name).and_then(serde_json::Value::as_f64);
+        let pushes = [force("forward_n"), force("up_n")].into_iter().flatten();
+        if pushes.fold(0.0, |most, n| f64::max(most, n.abs())) == 0.0 {
+            return None;
+        }
         let start_s = push.get("start_s")?.as_f64()?;
         Some((start_s, start_s + push.get("duration_s")?.as_f64()?))
     };
@@ -257,7 +270,7 @@ impl Legend {
             .map(|phase| (support::name(phase), Swatch::Fill(support::shade(phase))))
             .collect();
         entries.extend(ramp.then_some(("ramp", Swatch::Hatch)));
-        entries.extend(push.then_some(("push", Swatch::Fill(PUSH.opacity(0.75)))));
+        entries.extend(push.then_some(("push", Swatch::Fill(PUSH))));
         let names = entries.iter().map(|(name, _)| *name);
         let (places, height) = places(names, Self::SPACING, width);
         Self {

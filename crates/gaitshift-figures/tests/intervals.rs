@@ -61,6 +61,16 @@ fn many_names_take_rows_and_a_long_one_is_shortened() {
     }
 }
 
+// The line over a single panel was cut off.
+#[test]
+fn a_single_panel_is_as_wide_as_its_note() {
+    let one = [panel("latency (s)", vec![point(0, 1.0, 0.02)])];
+    let series = ["ω = 3".to_owned()];
+    let svg = intervals_figure(&series, &one).unwrap().svg;
+    let width: f64 = between(&svg, "viewBox=\"0 0 ", " ").parse().unwrap();
+    assert!(width > 46.0 + 250.0, "{width}");
+}
+
 fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
     let rest = text.split(from).nth(1).unwrap();
     rest.split(to).next().unwrap()

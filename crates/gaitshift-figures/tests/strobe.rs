@@ -375,6 +375,8 @@ fn what_cannot_be_drawn_is_an_error() {
             matches!(error, FigureError::TimeRange { .. }),
             "{from_s} to {to_s}: {error}"
         );
+        // What is recorded, not what was asked for.
+        assert!(error.to_string().contains("0 s to 6.5 s"), "{error}");
     }
     let error = strobe(&common::short(0), 0.0, 1.0, 5).unwrap_err();
     assert!(matches!(error, FigureError::Empty { .. }));

@@ -290,15 +290,23 @@ fn a_push_is_marked_while_it_lasts() {
     };
     recording.metadata.disturbance = Some(serde_json::json!({"pushes": [
         {"forward_n": 80.0, "start_s": 2.0, "duration_s": 0.1},
-        {"forward_n": 80.0, "start_s": 6.0, "duration_s": 0.1},
+        {"forward_n": 0.0, "up_n": 0.0, "start_s": 2.5, "duration_s": 0.1},
+        {"forward_n": 80.0, "start_s": 5.5, "duration_s": 0.1},
+        {"forward_n": 80.0, "start_s": 0.4, "duration_s": 0.1},
     ]}));
     let marks_of_one = marks(&recording);
-    // Four panels and the legend; the second comes after what is shown.
+    // Four panels and the legend; the second is none, the third comes after what is shown, the fourth ends where it begins.
     assert_eq!(marks_of_one.len(), 5, "{marks_of_one:?}");
     let (x, width) = marks_of_one[1];
     let second = (RIGHT - LEFT) / 5.0;
     assert!((x - (LEFT + 1.5 * second)).abs() < 0.1, "{x}");
     assert!((width - 0.1 * second).abs() < 0.1, "{width}");
+    // A short one at the end stays within the frame.
+    recording.metadata.disturbance = Some(serde_json::json!({"pushes": [
+        {"up_n": -80.0, "start_s": 5.499, "duration_s": 0.1},
+    ]}));
+    let (x, width) = marks(&recording)[1];
+    assert!(width > 1.0 && x + width < RIGHT + 1e-6, "{x} {width}");
     for none in [
         serde_json::json!({"pushes": []}),
         serde_json::json!({"pushes": [{"start_s": "soon"}, 3]}),

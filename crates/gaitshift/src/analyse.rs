@@ -32,6 +32,8 @@ struct Motions {
 struct Change {
     recording: String,
     controller: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    disturbance: Option<serde_json::Value>,
     #[serde(flatten)]
     summary: TransitionSummary,
     changes: Vec<GaitChange>,
@@ -101,6 +103,7 @@ fn changes(recordings: &[(&Path, Recording)], json: bool) -> Result<(), Failure>
         transitions.push(Change {
             recording: path.display().to_string(),
             controller: recording.metadata.controller.clone(),
+            disturbance: recording.metadata.disturbance.clone(),
             summary: summarise_transition(recording, ramp_start_s, ramp_end_s, &options),
             changes: changes_of_gait(recording, &ramps, &options),
         });

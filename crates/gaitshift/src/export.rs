@@ -4,7 +4,7 @@ use crate::arguments::{ControllerArguments, ExportArguments, ExportFormat};
 use crate::evaluate::criteria;
 use crate::failure::Failure;
 use crate::gaits::read_recording;
-use crate::motion::{changed, load_controller};
+use crate::motion::{changed, load_controller, write_csv};
 use crate::output;
 use gaitshift_analysis::Recording;
 use gaitshift_body::Body;
@@ -51,7 +51,7 @@ pub fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             match out {
                 Some(path) => {
                     output::create_folder_of(path)?;
-                    recording.write_csv(path).map_err(Failure::run)?;
+                    write_csv(&recording, path)?;
                     output::written(std::slice::from_ref(path))
                 }
                 None => put(recording.to_csv().map_err(Failure::run)?.as_bytes(), None),

@@ -38,7 +38,9 @@ impl Failure {
             io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => {
                 return taken("a file is where a folder is to be; give another --out");
             }
-            io::ErrorKind::IsADirectory => return taken("it is a folder; give a file as --out"),
+            io::ErrorKind::IsADirectory => {
+                return taken("it is a folder; remove it, or give another --out");
+            }
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                 format!("{cause}; make room, or give another --out")
             }

@@ -14,7 +14,7 @@ pub struct Row {
     pub omega_v: Option<f64>,
     /// The seed that drew the start; `None` (null in JSON) at the default start.
     pub seed: Option<u64>,
-    /// Where the hip was at the end, in m; `None` of an empty recording.
+    /// How far forward the hip got, in m; `None` of an empty recording.
     pub reached_m: Option<f64>,
     /// What disturbed it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,7 +45,11 @@ pub fn describe(recording: &Recording, settling_time_s: f64) -> Row {
     Row {
         omega_v: first.filter(|&first| described.iter().all(|&command| command == first)),
         seed: None,
-        reached_m: recording.column(column::X_M).last().copied(),
+        reached_m: recording
+            .column(column::X_M)
+            .iter()
+            .copied()
+            .reduce(f64::max),
         disturbance: recording.metadata.disturbance.clone(),
         summary,
     }

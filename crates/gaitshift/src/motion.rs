@@ -3,7 +3,7 @@
 use crate::arguments::{ChangeArguments, SubjectArguments};
 use crate::failure::Failure;
 use crate::{disturb, output, render};
-use gaitshift_analysis::Recording;
+use gaitshift_analysis::recording::{Recording, RecordingError};
 use gaitshift_body::{Body, BodyParameters, BodyState};
 use gaitshift_experiment::{
     CommandProfile, Controller, Deterministic, Rollout, load_body_overrides, portable_path,
@@ -230,6 +230,14 @@ pub fn read_profile(path: &Path) -> Result<CommandProfile, Failure> {
 
 /// Writes a recording into a folder and gives its path. Pictures of an older recording that it takes the place of, which
 /// `gaitshift render` put beside that, are removed: they would show another motion than the file.
+/// Writes a recording as it is.
+pub fn write_csv(recording: &Recording, path: &Path) -> Result<(), Failure> {
+    recording.write_csv(path).map_err(|error| match error {
+        RecordingError::Io { path, source, .. } => Failure::write(&path, &source),
+        other => Failure::run(other),
+    })
+}
+
 pub fn write_recording(
     recording: &Recording,
     folder: &Path,
@@ -237,7 +245,7 @@ pub fn write_recording(
 ) -> Result<std::path::PathBuf, Failure> {
     let path = folder.join(name);
     let old = std::fs::read(&path).ok();
-    recording.write_csv(&path).map_err(Failure::run)?;
+    write_csv(recording, &path)?;
     if old.is_some_and(|old| std::fs::read(&path).is_ok_and(|new| new != old)) {
         for picture in render::pictures_beside(&path) {
             if std::fs::remove_file(&picture).is_ok() {

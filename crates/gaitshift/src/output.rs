@@ -125,9 +125,8 @@ pub fn create_folder_of(path: &Path) -> Result<(), Failure> {
 /// A picture fails because of what was asked for, or because it cannot be written.
 pub fn figure_failure(error: FigureError) -> Failure {
     match error {
-        FigureError::Write { .. } | FigureError::Raster { .. } | FigureError::Encode { .. } => {
-            Failure::run(error)
-        }
+        FigureError::Write { path, cause } => Failure::write(&path, &cause),
+        FigureError::Raster { .. } | FigureError::Encode { .. } => Failure::run(error),
         FigureError::Option {
             name,
             value,

@@ -284,8 +284,8 @@ pub fn write_stride(
 ) -> Result<Vec<PathBuf>, Failure> {
     let (from_s, to_s) = stride_at(recording, time_s).ok_or_else(|| {
         Failure::input(format!(
-            "no whole stride of the right leg is recorded around {time_s} s; choose another --stride-at-s, or the time to be \
-             drawn by --strobe with --from-s and --to-s"
+            "no whole stride of the right leg is recorded around {time_s} s; choose another --stride-at-s, or have \
+             the time between --from-s and --to-s drawn by --out FILE.svg"
         ))
     })?;
     write_poses(recording, (from_s, to_s), poses, path)

@@ -88,6 +88,7 @@ pub fn train(
     command: &str,
     interrupted: &Arc<AtomicBool>,
 ) -> Result<(), Failure> {
+    output::create_folder(folder)?;
     output::note(&format!(
         "{} trials, {jobs} at a time, in {}",
         sweep.trials.len(),

@@ -115,6 +115,7 @@ fn train_seeds(
             quoted(&taken.to_string_lossy())
         )));
     }
+    output::create_folder(&within)?;
     let mut outcomes: Vec<Outcome> = Vec::new();
     let mut failed = Vec::new();
     for &seed in seeds {

@@ -6,6 +6,13 @@ use gaitshift_analysis::recording::ended_by;
 use gaitshift_task::{Disturbance, EndReason};
 use std::collections::BTreeSet;
 
+/// How far before the hip a foot may be, in m.
+const FEET_M: f64 = 0.5;
+/// Motions named in a line.
+const LISTED: usize = 6;
+/// A clock that adds up its periods is late by less, in s.
+const CLOCK_S: f64 = 1e-6;
+
 /// Says it on standard error.
 pub fn note<'a>(rows: impl Iterator<Item = &'a Row> + Clone, disturbance: Option<&Disturbance>) {
     let all = rows.clone().count();
@@ -51,15 +58,41 @@ pub fn note<'a>(rows: impl Iterator<Item = &'a Row> + Clone, disturbance: Option
         ));
     }
     for (name, at_m) in disturbance.map(ends_of_flat_ground).unwrap_or_default() {
-        let short = |row: &&Row| !row.summary.fell && row.reached_m.is_some_and(|x_m| x_m < at_m);
-        match rows.clone().filter(short).count() {
-            0 => {}
-            count => output::note(&format!(
-                "{count} of {all} {} never reached the {name} at {at_m} m; give it more time",
+        let short: Vec<&Row> = rows
+            .clone()
+            .filter(|row| row.reached_m.is_some_and(|x_m| x_m + FEET_M < at_m))
+            .collect();
+        if !short.is_empty() {
+            output::note(&format!(
+                "{} of {all} {} never reached the {name} at {at_m} m: {}",
+                short.len(),
                 if all == 1 { "motion" } else { "motions" },
-            )),
+                listed(&short)
+            ));
         }
     }
+}
+
+/// Motions by command and start, as many as a line holds.
+fn listed(rows: &[&Row]) -> String {
+    let name = |row: &&Row| {
+        let command = row.omega_v.map_or_else(
+            || "the profile".to_owned(),
+            |omega_v| format!("ω_v {omega_v}"),
+        );
+        let seed = row.seed.map(|seed| format!(" from seed {seed}"));
+        let fell = if row.summary.fell {
+            ", which fell before"
+        } else {
+            ""
+        };
+        format!("{command}{}{fell}", seed.unwrap_or_default())
+    };
+    let mut names: Vec<String> = rows.iter().take(LISTED).map(name).collect();
+    if rows.len() > LISTED {
+        names.push("and so on".to_owned());
+    }
+    names.join("; ")
 }
 
 /// Where the ground ceases to be flat: of the steps, the last; the slope; uneven ground.
@@ -83,7 +116,8 @@ fn pushes(row: &Row) -> usize {
     let s = &row.summary;
     let came = |push: &serde_json::Value| {
         let start_s = push["start_s"].as_f64().unwrap_or(0.0);
-        start_s < s.survived_s || start_s <= s.survived_s && s.ended_by != ended_by::TIME_LIMIT
+        start_s < s.survived_s - CLOCK_S
+            || start_s <= s.survived_s && s.ended_by != ended_by::TIME_LIMIT
     };
     let disturbance = row.disturbance.as_ref();
     let pushes = disturbance.and_then(|d| d.get("pushes")?.as_array());

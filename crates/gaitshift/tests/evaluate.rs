@@ -176,7 +176,12 @@ fn a_recording_tells_the_same_as_the_row() {
     let mut summary = serde_json::to_value(summarise(&recording, &options)).unwrap();
     summary["omega_v"] = Value::from(0.5);
     summary["seed"] = Value::Null;
-    summary["reached_m"] = Value::from(*recording.column(column::X_M).last().unwrap());
+    let furthest_m = recording
+        .column(column::X_M)
+        .iter()
+        .copied()
+        .fold(0.0, f64::max);
+    summary["reached_m"] = Value::from(furthest_m);
     assert_eq!(rows(&value)[0], summary);
     assert!(place.read("o/p/sweep.svg").starts_with(b"<svg"));
     assert!(place.read("o/p/sweep.png").starts_with(b"\x89PNG"));
@@ -663,6 +668,9 @@ fn what_diverged_and_what_never_came_is_said() {
     assert!(said("--set time_step_s=0.01").contains("1 of 1 motion, counted as a fall, diverged"));
     assert!(said("--push 80@100").contains("the push at 100 s never came"));
     assert!(!said("--push 80@1").contains("never came"));
+    // A clock that adds up its periods is a little late.
+    let output = place.output("evaluate --omega-v 3 --duration-s 20.4 --push 80@20.4");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("never came"));
     // Its phase of the stride comes after the end; and one that ends the motion came.
     assert!(said("--push 80@1.9+0.9").contains("the push at 1.9 s never came"));
     let ended = said("--push 1e6@1");
@@ -685,9 +693,26 @@ fn ground_that_is_not_reached_is_said() {
         String::from_utf8(output.stderr).unwrap()
     };
     let words = "1 of 2 motions never reached the";
-    assert!(said("--step-up 0.005@6").contains(&format!("{words} step at 6 m")));
-    assert!(said("--slope 0.1%@6").contains(&format!("{words} slope at 6 m")));
+    for (option, what) in [
+        ("--step-up 0.005@6", "step at 6 m: ω_v 0\n"),
+        ("--slope 0.1%@6", "slope at 6 m: ω_v 0\n"),
+    ] {
+        assert!(
+            said(option).contains(&format!("{words} {what}")),
+            "{option}"
+        );
+    }
     assert!(!said("--step-up 0.005@1").contains("reached"));
+    // It stands before a step that it touches; a fall comes before a step or after.
+    let stands = place.json("evaluate --omega-v 0 --duration-s 15 --step-up 0.05 --json");
+    let output = place.output("evaluate --omega-v 0 --duration-s 15 --step-up 0.05");
+    assert!(stands["rows"][0]["reached_m"].as_f64().unwrap() < 3.0);
+    assert!(output.status.success() && output.stderr.is_empty());
+    assert!(
+        said("--step-up 0.01@40 --push 900@2 --seed 3")
+            .contains("ω_v 3 from seed 3, which fell before")
+    );
+    assert!(said("--step-up 0.01@40 --seed 1..4").contains("and so on"));
     let rows = place.json("evaluate --omega-v 3 --duration-s 4 --json");
     let reached_m = rows["rows"][0]["reached_m"].as_f64().unwrap();
     assert!((6.0..14.0).contains(&reached_m), "{reached_m}");
@@ -741,10 +766,24 @@ fn slips_on_the_command_line_are_answered() {
         "harden --rounds 1 --out file",
         "reproduce --quick --out file",
         "export onnx --out file/policy.onnx",
+        "train fast --out file",
+        "train fast --out file/run",
+        "train fast --seeds 1-2 --out file",
     ] {
         place.refused(command, &["a file is where a folder is to be", "--out"]);
     }
-    place.refused("export onnx --out .", &["a folder", "--out"]);
+    std::fs::create_dir_all(place.path("out/omega_v_0.csv")).unwrap();
+    std::fs::create_dir_all(place.path("other/sweep.svg")).unwrap();
+    for command in [
+        "export onnx --out .",
+        "evaluate --omega-v 0 --duration-s 1 --out out",
+        "evaluate --omega-v 0 --duration-s 1 --out other",
+    ] {
+        place.refused(
+            command,
+            &["is a folder", "remove it, or give another --out"],
+        );
+    }
 }
 
 // Motions that fell before the change had a row of their own, and the others no falls.

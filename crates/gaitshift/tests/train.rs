@@ -312,7 +312,7 @@ fn a_file_is_no_folder_for_a_run() {
     place.write("file", "precious");
     place.refused(
         "train tiny.toml --out file",
-        &["file: is a file, not a folder", "--out"],
+        &["file: a file is where a folder is to be", "--out"],
     );
     place.refused("train tiny.toml --out file/run", &["file/run"]);
     assert_eq!(place.read("file"), b"precious");
