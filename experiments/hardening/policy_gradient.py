@@ -66,6 +66,7 @@ AT_SPEED = 2.5  # s/m, the least command at which `--at-speed-like` is imitated
 LOOK_EVERY = 20  # iterations, with `--hard-pushes`
 WAYS_ROWS, WAYS_PERIODS = 2048, 100  # of `--ways`: rows of an update, and control periods of each way
 CRITIC_ALONE, WARM_UP = 6, 12  # iterations at first, and after them, in which the actor's rate rises
+SPREAD = 7  # iterations at first, of 1.28 s each: an episode lasts 10 s
 RAISED_WEIGHT = 30.0  # of `--raised-like`
 LEAST_NOISE, NOISE_LASTS = 0.02, 0.9  # standard deviation; what remains of the noise in the next control period
 
@@ -143,6 +144,7 @@ class Held:
     near_zero: float  # within it, after pushes forward, backward and in any direction
     after_pushes: float = HARDLY  # after hard cases, pushes down, and those backward beyond NEAR_ZERO
     walk: float | None = None  # undisturbed within NEAR_ZERO, where it is not as beyond
+    hard_near_zero: float | None = None  # in hard cases within NEAR_ZERO, where it is not as beyond
 
 
 @dataclass(frozen=True)
@@ -153,6 +155,7 @@ class Extras:
     anew: bool = False
     hard: bool = False
     raised_m: Sequence[float] = ()  # least and greatest height of the hip's mass above its axis
+    raised_weight: float = RAISED_WEIGHT
     raised_near_zero: float = RAISED_WEIGHT
 
 
@@ -180,11 +183,12 @@ def groups(held: Held, extras: Extras = Extras()) -> list[Group]:
         parts.append(Group("to run", 0.25, None, HARDLY, HARDLY, commands="to run", gait=True))
     if extras.hard:
         parts = [replace(part, share=SHARES_BESIDE_HARD.get(part.name, part.share)) for part in parts]
-        parts.append(Group("hard cases", 0.5, None, held.after_pushes, held.after_pushes, hard=True))
+        near_zero = held.after_pushes if held.hard_near_zero is None else held.hard_near_zero
+        parts.append(Group("hard cases", 0.5, None, near_zero, held.after_pushes, hard=True))
     if extras.raised_m:
         parts = [replace(part, share=SHARES_BESIDE_RAISED.get(part.name, part.share)) for part in parts]
-        raised = {"hip_com_height_m": tuple(extras.raised_m)}
-        parts.append(Group("far raised", 0.5, raised, extras.raised_near_zero, RAISED_WEIGHT, commands="all", taught=True))
+        raised, weights = {"hip_com_height_m": tuple(extras.raised_m)}, (extras.raised_near_zero, extras.raised_weight)
+        parts.append(Group("far raised", 0.5, raised, *weights, commands="all", taught=True))
     return parts
 
 
@@ -334,6 +338,17 @@ class Bipeds:
             most = np.array([np.inf, *weights])[np.searchsorted(commands, omega_v, side="right")]
             weight = np.minimum(weight, most)
         return torch.from_numpy(weight.astype(np.float32))
+
+    def spread(self) -> None:
+        """Begins some episodes anew, so that those of a group do not all end, and begin again, at once."""
+        begin = 0
+        for part, environment, commands in zip(self.parts, self.environments, self.commands):
+            count = environment.num_envs
+            over = self.rng.random(count) < 1 / SPREAD if not part.hard and not part.in_mujoco else np.zeros(count, bool)
+            if over.any():
+                observations, _ = environment.reset(options={"omega_v": commands, "reset_mask": over})
+                self.observations[begin : begin + count][over] = observations[over]
+            begin += count
 
     def change_commands(self) -> None:
         """Of one in twenty, in the middle of an episode."""
@@ -539,6 +554,7 @@ def main() -> None:
     parser.add_argument("--hard-pushes", action="store_true", help="half of the bipeds are pushed where it falls")
     parser.add_argument("--hard-steps", action="store_true", help="with --hard-pushes: some of them come to steps up instead")
     parser.add_argument("--after-pushes", type=float, default=HARDLY, help="the same after hard cases, pushes backward or down")
+    parser.add_argument("--hard-near-zero", type=float, help="the same in hard cases near 0 [default: as --after-pushes]")
     parser.add_argument("--ways", type=Path, help="file of ways.py; they are imitated")
     parser.add_argument("--ways-weight", type=float, default=300.0, help="weight of that")
     parser.add_argument(
@@ -548,9 +564,8 @@ def main() -> None:
     parser.add_argument(
         "--raised-m", type=float, nargs=2, default=(0.06, 0.1), metavar=("LEAST", "GREATEST"), help="these heights, in m"
     )
-    parser.add_argument(
-        "--raised-near-zero", type=float, default=RAISED_WEIGHT, help="weight of the latter controller there"
-    )
+    parser.add_argument("--raised-weight", type=float, default=RAISED_WEIGHT, help="weight of BEYOND")
+    parser.add_argument("--raised-near-zero", type=float, default=RAISED_WEIGHT, help="weight of NEAR_ZERO")
     parser.add_argument("--anew", action="store_true", help="with --gaits: hardly imitate it at ω_v from 0.6 to 2.8")
     arguments = parser.parse_args()
     if arguments.anew and not arguments.gaits > 0:
@@ -562,10 +577,14 @@ def main() -> None:
     torch.set_num_threads(1)
     torch.manual_seed(arguments.seed)
     rng = np.random.default_rng(arguments.seed)
-    held = Held(arguments.keep, arguments.elsewhere, arguments.near_zero, arguments.after_pushes, arguments.keep_walk)
+    held = Held(
+        arguments.keep, arguments.elsewhere, arguments.near_zero, arguments.after_pushes, arguments.keep_walk,
+        arguments.hard_near_zero,
+    )
     raised_m = arguments.raised_m if arguments.raised_like else ()
     extras = Extras(
-        arguments.gaits > 0, arguments.anew, arguments.hard_pushes, raised_m, arguments.raised_near_zero
+        arguments.gaits > 0, arguments.anew, arguments.hard_pushes, raised_m, arguments.raised_weight,
+        arguments.raised_near_zero,
     )
     parts = groups(held, extras)
     cases = PUSHES + STEPS if arguments.hard_steps else PUSHES
@@ -595,6 +614,8 @@ def main() -> None:
             keep = bipeds.keep()
             if bipeds.hard and iteration % LOOK_EVERY == 0:
                 bipeds.hard.look(actor)
+            if iteration <= SPREAD:
+                bipeds.spread()
             done = learner.rollout()
             bipeds.change_commands()
             moved, divergence = learner.update(done, keep, critic_alone=iteration <= CRITIC_ALONE)

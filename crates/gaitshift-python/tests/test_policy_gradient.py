@@ -199,12 +199,13 @@ def test_after_pushes_says_how_much_is_held_in_hard_cases(script):
         assert held["undisturbed"] == (6.0, 6.0)
 
 
-def test_near_zero_the_walk_and_raised_bodies_have_weights_of_their_own(script):
-    extras = script.Extras(raised_m=(0.06, 0.1), raised_near_zero=0.5)
-    parts = {part.name: part for part in script.groups(script.Held(6.0, 7.0, 8.0, walk=9.0), extras)}
-    undisturbed, raised = parts["undisturbed"], parts["far raised"]
+def test_near_zero_the_walk_raised_bodies_and_hard_cases_have_weights_of_their_own(script):
+    extras = script.Extras(hard=True, raised_m=(0.06, 0.1), raised_weight=40.0, raised_near_zero=0.5)
+    parts = {part.name: part for part in script.groups(script.Held(6.0, 7.0, 8.0, walk=9.0, hard_near_zero=3.0), extras)}
+    undisturbed, raised, hard = parts["undisturbed"], parts["far raised"], parts["hard cases"]
+    assert (hard.keep, hard.elsewhere) == (3.0, script.HARDLY)
     assert (undisturbed.keep, undisturbed.elsewhere) == (9.0, 6.0)
-    assert (raised.keep, raised.elsewhere) == (0.5, script.RAISED_WEIGHT)
+    assert (raised.keep, raised.elsewhere) == (0.5, 40.0)
     assert raised.randomization == {"hip_com_height_m": (0.06, 0.1)}
 
 
@@ -212,3 +213,17 @@ def test_hard_steps_need_the_bipeds_of_hard_pushes(script, tmp_path, monkeypatch
     monkeypatch.setattr(sys, "argv", f"policy_gradient.py --controller {ROBUST} --out {tmp_path} --hard-steps".split())
     with pytest.raises(SystemExit, match="--hard-pushes"):
         script.main()
+
+
+@pytest.mark.parametrize(("spread", "least", "most"), [(True, 0.2, 0.5), (False, 0.8, 1.0)])
+def test_episodes_do_not_end_all_at_once(script, spread, least, most):
+    """Nothing but the time limit of 10 s ends an undisturbed one; a third is left together."""
+    part = script.groups(script.Held(1.0, 1.0, 1.0))[0]
+    bipeds = script.Bipeds(ROBUST, [script.replace(part, share=1.0)], 60, 0.5, np.random.default_rng(1))
+    actor, ends = script.Actor(ROBUST), []
+    for iteration in range(8):
+        if spread and iteration < script.SPREAD:
+            bipeds.spread()
+        for _ in range(script.CONTROL_PERIODS):
+            ends.append(len(bipeds.step(actor.act(bipeds.observations))[2]))
+    assert least < max(ends) / bipeds.count <= most
