@@ -15,10 +15,12 @@ fn what_comes_with_the_program_is_what_training_or_hardening_wrote() {
         (
             "robust",
             "robust",
-            1,
+            11,
             "python experiments/hardening/policy_gradient.py --controller \
-             controllers/robust/running-from-one-searched-twice.safetensors --hard-pushes --at-zero 0.4 --near-zero 100 \
-             --learning-rate 2e-4 --seed 1 --iterations 200 --out F1",
+             controllers/robust/by-policy-gradients-on-hard-pushes.safetensors --hard-pushes --raised-like \
+             controllers/robust/on-raised-mass.safetensors controllers/robust/on-raised-mass-near-zero.safetensors \
+             --raised-m 0.07 0.102 --raised-near-zero 0.5 --at-zero 0.4 --near-zero 100 --keep-walk 1000 --from \
+             controllers/robust/imitating-raised-bodies.safetensors --seed 11 --learning-rate 3e-4 --iterations 60 --out M16",
         ),
     ];
     assert!(Controller::names().eq(commands.map(|(name, ..)| name)));
