@@ -11,7 +11,6 @@ With `--hard-pushes` half of the bipeds begin with pushes from where the control
 before steps up where it falls or gets stuck; every 20 iterations these are looked for anew.
 With `--raised-like` many of the bipeds have the hip's mass far above its axis; there two other controllers are imitated, which
 have learned such bodies alone. `--after-pushes 30` holds meanwhile what it did before after pushes.
-With `--ways` it also imitates the ways to withstand pushes that `ways.py` has found.
 Exploration noise lasts for about 0.1 s, because noise that is new in every control period hardly moves the body; the
 gradient is that of what is new in it. The actor is the mean of a network and its mirror image, so the controller to begin with
 must be one.
@@ -64,7 +63,6 @@ NEAR_ZERO = 0.4  # s/m, of a command; beyond it what search has taught about pus
 ANEW = ((0.6, HARDLY), (2.8, 5.0))
 AT_SPEED = 2.5  # s/m, the least command at which `--at-speed-like` is imitated
 LOOK_EVERY = 20  # iterations, with `--hard-pushes`
-WAYS_ROWS, WAYS_PERIODS = 2048, 100  # of `--ways`: rows of an update, and control periods of each way
 CRITIC_ALONE, WARM_UP = 6, 12  # iterations at first, and after them, in which the actor's rate rises
 SPREAD = 7  # iterations at first, of 1.28 s each: an episode lasts 10 s
 RAISED_WEIGHT = 30.0  # of `--raised-like`
@@ -155,7 +153,6 @@ class Extras:
     anew: bool = False
     hard: bool = False
     raised_m: Sequence[float] = ()  # least and greatest height of the hip's mass above its axis
-    raised_weight: float = RAISED_WEIGHT
     raised_near_zero: float = RAISED_WEIGHT
 
 
@@ -187,7 +184,7 @@ def groups(held: Held, extras: Extras = Extras()) -> list[Group]:
         parts.append(Group("hard cases", 0.5, None, near_zero, held.after_pushes, hard=True))
     if extras.raised_m:
         parts = [replace(part, share=SHARES_BESIDE_RAISED.get(part.name, part.share)) for part in parts]
-        raised, weights = {"hip_com_height_m": tuple(extras.raised_m)}, (extras.raised_near_zero, extras.raised_weight)
+        raised, weights = {"hip_com_height_m": tuple(extras.raised_m)}, (extras.raised_near_zero, RAISED_WEIGHT)
         parts.append(Group("far raised", 0.5, raised, *weights, commands="all", taught=True))
     return parts
 
@@ -254,16 +251,6 @@ class Actor(nn.Module):
             tensors["output.weight"][:2, units:] = output.weight[ACTION_MIRROR] / 2
             tensors["output.bias"][:2] = (output.bias + output.bias[ACTION_MIRROR]) / 2
         save_file(tensors, path, self.metadata | {"gaitshift": json.dumps(description)})
-
-
-def read_ways(path: Path, scale: Tensor) -> tuple[Tensor, Tensor]:
-    """Observations, scaled, and actions of the first WAYS_PERIODS control periods of each way that `ways.py` has written."""
-    try:
-        with np.load(path) as file:
-            seen, done = (file[name][:, :WAYS_PERIODS] for name in ("observations", "actions"))
-    except (OSError, ValueError, KeyError) as error:
-        raise SystemExit(f"--ways {path}: {error}; give a file that ways.py has written") from error
-    return torch.from_numpy(seen.reshape(-1, 14)) * scale, torch.from_numpy(done.reshape(-1, 2))
 
 
 class Bipeds:
@@ -412,8 +399,6 @@ class Learner:
         noise: float,
         gaits: float = 0.0,
         raised_like: Sequence[Path] = (),
-        ways: Path | None = None,
-        ways_weight: float = 300.0,
     ) -> None:
         self.actor, self.before, self.at_speed, self.bipeds, self.gaits = actor, before, at_speed, bipeds, gaits
         self.forward = torch.tensor([part.forward for part in bipeds.parts])
@@ -433,8 +418,6 @@ class Learner:
         if any(not torch.equal(teacher.scale, actor.scale) for teacher in self.teachers):
             raise SystemExit("--raised-like: their observations are scaled otherwise; give controllers of the same recipe")
 
-        self.ways = read_ways(ways, actor.scale) if ways else None
-        self.ways_weight = ways_weight
 
     def rollout(self) -> Rollout:
         bipeds, scale = self.bipeds, self.actor.scale.numpy()
@@ -469,12 +452,6 @@ class Learner:
                 rows = self.taught[group] & where
                 imitated[rows] = teacher(seen[rows])
         return imitated
-
-    def from_ways(self, rows: Tensor | slice = slice(None)) -> Tensor:
-        """Mean |Δa|² to the ways that were given."""
-        assert self.ways
-        seen, done = self.ways
-        return (self.actor(seen[rows]) - done[rows]).square().sum(1).mean()
 
     def advantages(self, done: Rollout) -> tuple[Tensor, Tensor]:
         """Generalized advantage estimates, and the returns that the critic is to learn; a row for each action."""
@@ -520,9 +497,6 @@ class Learner:
                 gain = torch.minimum(ratio * advantage[chosen], ratio.clamp(1 - CLIP, 1 + CLIP) * advantage[chosen])
                 difference = (mean - imitated[chosen]).square().sum(1)
                 loss = (keep[chosen] * difference - gain).mean()
-                if self.ways:
-                    rows = torch.randint(len(self.ways[0]), (WAYS_ROWS,))
-                    loss = loss + self.ways_weight * self.from_ways(rows)
                 self.actor_adam.zero_grad()
                 loss.backward()
                 nn.utils.clip_grad_norm_(self.actor.parameters(), 1.0)
@@ -555,8 +529,6 @@ def main() -> None:
     parser.add_argument("--hard-steps", action="store_true", help="with --hard-pushes: some of them come to steps up instead")
     parser.add_argument("--after-pushes", type=float, default=HARDLY, help="the same after hard cases, pushes backward or down")
     parser.add_argument("--hard-near-zero", type=float, help="the same in hard cases near 0 [default: as --after-pushes]")
-    parser.add_argument("--ways", type=Path, help="file of ways.py; they are imitated")
-    parser.add_argument("--ways-weight", type=float, default=300.0, help="weight of that")
     parser.add_argument(
         "--raised-like", type=Path, nargs=2, default=(), metavar=("BEYOND", "NEAR_ZERO"),
         help="controllers to imitate with the hip's mass far above its axis, at ω_v beyond 0.4 and nearer to 0",
@@ -564,7 +536,6 @@ def main() -> None:
     parser.add_argument(
         "--raised-m", type=float, nargs=2, default=(0.06, 0.1), metavar=("LEAST", "GREATEST"), help="these heights, in m"
     )
-    parser.add_argument("--raised-weight", type=float, default=RAISED_WEIGHT, help="weight of BEYOND")
     parser.add_argument("--raised-near-zero", type=float, default=RAISED_WEIGHT, help="weight of NEAR_ZERO")
     parser.add_argument("--anew", action="store_true", help="with --gaits: hardly imitate it at ω_v from 0.6 to 2.8")
     arguments = parser.parse_args()
@@ -583,8 +554,7 @@ def main() -> None:
     )
     raised_m = arguments.raised_m if arguments.raised_like else ()
     extras = Extras(
-        arguments.gaits > 0, arguments.anew, arguments.hard_pushes, raised_m, arguments.raised_weight,
-        arguments.raised_near_zero,
+        arguments.gaits > 0, arguments.anew, arguments.hard_pushes, raised_m, arguments.raised_near_zero
     )
     parts = groups(held, extras)
     cases = PUSHES + STEPS if arguments.hard_steps else PUSHES
@@ -594,7 +564,7 @@ def main() -> None:
     at_speed = Actor(arguments.at_speed_like or arguments.controller).requires_grad_(False)
     learner = Learner(
         actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise, arguments.gaits,
-        arguments.raised_like, arguments.ways, arguments.ways_weight,
+        arguments.raised_like,
     )
     seconds_of = CONTROL_PERIODS * CONTROL_PERIOD_S * np.bincount(bipeds.group)  # a group's in an iteration
     arguments.out.mkdir(parents=True, exist_ok=True)
@@ -604,7 +574,6 @@ def main() -> None:
         costing = [part.name for part in parts if part.gait]
         columns = [f"{what} {name}" for what in ("falls_per_s", "moved") for name in names]
         columns += [f"lack {name}" for name in costing]
-        columns += ["moved ways"] if learner.ways else []
         rows.writerow(["iteration", "elapsed_s", "divergence", *columns])
         began = time.monotonic()
         for iteration in range(1, arguments.iterations + 1):
@@ -622,10 +591,8 @@ def main() -> None:
             falls = np.bincount(bipeds.group, weights=done.fell.sum(0)) / seconds_of
             lack, steps = (np.bincount(bipeds.group, weights=rows.sum(0)) for rows in (done.lack, done.landed))
             of_step = (lack / np.maximum(steps, 1))[[part.gait for part in parts]]
-            with torch.no_grad():
-                of_ways = [round(float(learner.from_ways()), 6)] if learner.ways else []
             elapsed_s = round(time.monotonic() - began)
-            measured = [*falls.round(4), *moved.round(9), *of_step.round(3), *of_ways]
+            measured = [*falls.round(4), *moved.round(9), *of_step.round(3)]
             rows.writerow([iteration, elapsed_s, round(divergence, 5), *measured])
             log.flush()
             told = ", ".join(f"{name} {fall:.3f}" for name, fall in zip(names, falls))

@@ -1,8 +1,7 @@
 """Contract: the steps of experiments/hardening/gaits.py lack nothing where they are those of the commanded gait, more the less
 they are like them, and nothing where no gait is commanded; the bipeds of mujoco_bipeds.py are observed and end as ours do,
 and move as experiments/mujoco_transfer/transfer.py has them move on MuJoCo's default contact; those of hard_cases.py are
-pushed as their episodes begin, or come to a step, most of them where the controller falls or gets stuck; what ways.py finds
-is up where the controller falls."""
+pushed as their episodes begin, or come to a step, most of them where the controller falls or gets stuck."""
 
 import numpy as np
 import pytest
@@ -11,8 +10,7 @@ from conftest import REPOSITORY, experiment_script
 import gaitshift
 
 ROBUST = REPOSITORY / "crates/gaitshift-experiment/controllers/robust.safetensors"
-# One that stays as it is, for what depends on the motion: how far two integrators differ after a foot has left the ground, and
-# from where a short search finds ways.
+# One that stays as it is: how far two integrators differ after a foot has left the ground depends on the motion.
 WALKER = REPOSITORY / "controllers/robust/by-policy-gradients-on-hard-pushes.safetensors"
 
 
@@ -216,37 +214,3 @@ def test_a_body_that_stands_before_a_step_is_stuck(hard_cases, monkeypatch):
     _, _, terminated, cut_off, info = bipeds.step(actor.act(observations))
     assert terminated.tolist() == [False, False, True, True] and not cut_off.any()
     assert info["final_obs"][3].shape == (14,)
-
-
-def test_ways_are_up_where_the_controller_falls(hard_cases, monkeypatch):
-    ways = experiment_script("hardening/ways.py")
-    for name, value in (("AT_ONCE", 2), ("SAMPLES", 24), ("ELITE", 4), ("GENERATIONS", 12)):
-        monkeypatch.setattr(ways, name, value)
-    actor = experiment_script("hardening/policy_gradient.py").Actor(WALKER)
-    rng = np.random.default_rng(1)
-    cases = hard_cases.HardCases(12, WALKER, rng, actor)
-    # None does without help; a way is up as long as is asked for.
-    case = hard_cases.Case(0.0, 320.0)
-    starts = cases.motions(gaitshift.Controller.load(WALKER))[0.0]
-    falls = starts[cases.falls(actor, starts, case)][:2]
-    search = ways.Search(cases, case, WALKER)
-    none = np.zeros((2, ways.KNOTS, 2))
-    assert (search.follow(falls, none, ways.UP)[0] < ways.UP).all()
-    found = search.ways(falls, rng)
-    assert any(way is not None for way in found)
-    for start, way in zip(falls, found):
-        if way is not None:
-            up, seen, done = search.follow(start[None], way[None], ways.UP)
-            assert up.tolist() == [ways.UP] and seen.shape == (1, ways.UP, 14)
-            # What was done is the controller's own after the last knot, and within the motors' range.
-            own = ways.KNOT * (ways.KNOTS - 1)
-            assert done[0, own:] == pytest.approx(np.clip(actor.act(seen[0, own:]), -1, 1), abs=1e-6)
-            assert np.abs(done).max() <= 1 and not np.allclose(done[0, :own], actor.act(seen[0, :own]), atol=1e-3)
-
-
-def test_offsets_are_straight_lines_between_knots():
-    ways = experiment_script("hardening/ways.py")
-    knots = np.arange(ways.KNOTS * 2.0).reshape(1, ways.KNOTS, 2)
-    assert ways.offsets_at(knots, 0).tolist() == [[0, 1]]
-    assert ways.offsets_at(knots, 25)[0] == pytest.approx([5, 6])
-    assert not ways.offsets_at(knots, ways.KNOT * (ways.KNOTS - 1)).any()

@@ -2,8 +2,8 @@
 before it has learned, and refuses what is no mean of a network and its mirror image; its advantages are those of their
 definition, also where an episode ends or is cut off; what did better than expected becomes likelier, unless what the
 controller did before weighs more; a second controller is imitated at speed after pushes forward, and nowhere else; with
-`--gaits` steps cost what they lack, and with `--anew` little of what was done before is held where a run is learned; ways that
-were found are learned, and hard cases are held as `--after-pushes` says."""
+`--gaits` steps cost what they lack, and with `--anew` little of what was done before is held where a run is learned; hard
+cases are held as `--after-pushes` says."""
 
 import csv
 import sys
@@ -162,34 +162,6 @@ def test_far_above_the_axis_two_others_are_imitated(script, tmp_path):
     assert (difference[:3] == 0).all() and (difference[3] < 0).all() and (difference[4:] > 0).all()
 
 
-def test_ways_are_learned(script, tmp_path):
-    torch.manual_seed(1)
-    path = tmp_path / "ways.npz"
-    rng = np.random.default_rng(1)
-    observations = rng.normal(scale=0.1, size=(3, 150, 14)).astype(np.float32)
-    np.savez(path, observations=observations, actions=rng.uniform(-0.5, 0.5, (3, 150, 2)).astype(np.float32))
-    parts = script.groups(script.Held(0.0, 0.0, 0.0))
-    bipeds = script.Bipeds(ROBUST, parts, 7, 0.5, rng)
-    actors = [script.Actor(ROBUST) for _ in range(3)]
-    learner = script.Learner(*actors, bipeds, 1e-3, 0.15, ways=path)
-    seen, done = learner.ways
-    assert seen.shape == (300, 14) and done.shape == (300, 2)
-    assert torch.equal(seen[100], torch.from_numpy(observations[1, 0]) * actors[0].scale)
-    before = learner.from_ways().item()
-    rollout = script.Rollout.zeros(bipeds.count)
-    for _ in range(10):
-        learner.update(rollout, torch.zeros(bipeds.count), critic_alone=False)
-    assert learner.from_ways().item() < 0.5 * before
-
-
-def test_a_file_that_holds_no_ways_is_refused(script, tmp_path):
-    path = tmp_path / "ways.npz"
-    np.savez(path, observations=np.zeros((1, 100, 14)))
-    for missing in (path, tmp_path / "none.npz"):
-        with pytest.raises(SystemExit, match="has written"):
-            script.read_ways(missing, torch.ones(14))
-
-
 def test_after_pushes_says_how_much_is_held_in_hard_cases(script):
     for after in (script.HARDLY, 30.0):
         parts = {part.name: part for part in script.groups(script.Held(6.0, 7.0, 8.0, after), script.Extras(hard=True))}
@@ -200,12 +172,12 @@ def test_after_pushes_says_how_much_is_held_in_hard_cases(script):
 
 
 def test_near_zero_the_walk_raised_bodies_and_hard_cases_have_weights_of_their_own(script):
-    extras = script.Extras(hard=True, raised_m=(0.06, 0.1), raised_weight=40.0, raised_near_zero=0.5)
+    extras = script.Extras(hard=True, raised_m=(0.06, 0.1), raised_near_zero=0.5)
     parts = {part.name: part for part in script.groups(script.Held(6.0, 7.0, 8.0, walk=9.0, hard_near_zero=3.0), extras)}
     undisturbed, raised, hard = parts["undisturbed"], parts["far raised"], parts["hard cases"]
     assert (hard.keep, hard.elsewhere) == (3.0, script.HARDLY)
     assert (undisturbed.keep, undisturbed.elsewhere) == (9.0, 6.0)
-    assert (raised.keep, raised.elsewhere) == (0.5, 40.0)
+    assert (raised.keep, raised.elsewhere) == (0.5, script.RAISED_WEIGHT)
     assert raised.randomization == {"hip_com_height_m": (0.06, 0.1)}
 
 
