@@ -55,6 +55,11 @@ VELOCITIES = [
 ]
 
 
+def forgetful(speed: np.ndarray, observations: np.ndarray) -> np.ndarray:
+    """The mean of the speed in m/s over about a second, one control period later."""
+    return FORGETS * speed + (1 - FORGETS) * observations[:, 0]
+
+
 class Learning(Protocol):
     """The actor that learns."""
 
@@ -128,7 +133,7 @@ class HardCases:
             observations, _, terminated, _, _ = environment.step(actor.act(observations))
             fell |= terminated
             if case.step_up_m:
-                speed = FORGETS * speed + (1 - FORGETS) * observations[:, 0]
+                speed = forgetful(speed, observations)
                 fell |= speed < STUCK_M_PER_S
             if terminated.any():
                 environment.reset(options={**options, "reset_mask": terminated.copy()})
@@ -163,7 +168,7 @@ class HardCases:
             own = slice(begin, begin + self.each)
             observations, _, terminated, truncated, said = environment.step(actions[own])
             if self.cases[index].step_up_m:
-                self.speed[own] = FORGETS * self.speed[own] + (1 - FORGETS) * observations[:, 0]
+                self.speed[own] = forgetful(self.speed[own], observations)
                 terminated = terminated | (self.speed[own] < STUCK_M_PER_S)
             cut_off = ~terminated & (truncated | (self.age[own] >= EPISODE))
             over = terminated | cut_off

@@ -330,12 +330,14 @@ class Bipeds:
         """Begins some episodes anew, so that those of a group do not all end, and begin again, at once."""
         begin = 0
         for part, environment, commands in zip(self.parts, self.environments, self.commands):
-            count = environment.num_envs
-            over = self.rng.random(count) < 1 / SPREAD if not part.hard and not part.in_mujoco else np.zeros(count, bool)
-            if over.any():
-                observations, _ = environment.reset(options={"omega_v": commands, "reset_mask": over})
-                self.observations[begin : begin + count][over] = observations[over]
-            begin += count
+            end = begin + environment.num_envs
+            # The others' episodes have ages of their own from the first.
+            if not part.hard and not part.in_mujoco:
+                over = self.rng.random(environment.num_envs) < 1 / SPREAD
+                if over.any():
+                    observations, _ = environment.reset(options={"omega_v": commands, "reset_mask": over})
+                    self.observations[begin:end][over] = observations[over]
+            begin = end
 
     def change_commands(self) -> None:
         """Of one in twenty, in the middle of an episode."""
@@ -417,7 +419,6 @@ class Learner:
         self.teachers = [Actor(path).requires_grad_(False) for path in raised_like]
         if any(not torch.equal(teacher.scale, actor.scale) for teacher in self.teachers):
             raise SystemExit("--raised-like: their observations are scaled otherwise; give controllers of the same recipe")
-
 
     def rollout(self) -> Rollout:
         bipeds, scale = self.bipeds, self.actor.scale.numpy()

@@ -4,6 +4,17 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
+/// What to do where a file or folder cannot be written because its name is taken by the other; `None` of any other cause.
+pub fn name_taken(cause: &io::Error) -> Option<&'static str> {
+    match cause.kind() {
+        io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => {
+            Some("a file is where a folder is to be; give another --out")
+        }
+        io::ErrorKind::IsADirectory => Some("it is a folder; remove it, or give another --out"),
+        _ => None,
+    }
+}
+
 /// Writes a file beside its place and puts it there when it is whole: if it cannot be written, as on a full disk, what was there
 /// before stays. What is no ordinary file, such as a device or a link, is written in place.
 ///

@@ -33,7 +33,7 @@ pub mod summary;
 pub mod support;
 pub mod transition;
 
-pub use files::write_whole;
+pub use files::{name_taken, write_whole};
 pub use gait::{GaitClass, GaitRule};
 pub use recent::{Recent, recent};
 pub use recording::{Recording, RecordingMetadata, Side, Window};

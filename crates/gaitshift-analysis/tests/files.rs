@@ -1,6 +1,7 @@
-//! Contract: a file is written whole or stays as it was, nothing is left beside it, and a link keeps leading where it led.
+//! Contract: a file is written whole or stays as it was, nothing is left beside it, and a link keeps leading where it led; a name that
+//! is taken is told from other causes.
 
-use gaitshift_analysis::write_whole;
+use gaitshift_analysis::{name_taken, write_whole};
 use std::fs;
 
 fn names(folder: &std::path::Path) -> Vec<String> {
@@ -46,4 +47,20 @@ fn a_link_leads_where_it_led() {
     write_whole(&link, b"new").unwrap();
     assert_eq!(fs::read(&file).unwrap(), b"new");
     assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+}
+
+#[test]
+fn a_name_that_is_taken_is_told_from_what_else_keeps_a_file_from_being_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    write_whole(&file, b"in the way").unwrap();
+    let below = std::fs::create_dir_all(file.join("out")).unwrap_err();
+    let itself = std::fs::create_dir_all(&file).unwrap_err();
+    for cause in [below, itself] {
+        assert!(name_taken(&cause).unwrap().contains("a file is where"));
+    }
+    let on_a_folder = write_whole(folder.path(), b"").unwrap_err();
+    assert!(name_taken(&on_a_folder).unwrap().contains("it is a folder"));
+    let missing = write_whole(&folder.path().join("no/file"), b"").unwrap_err();
+    assert_eq!(name_taken(&missing), None);
 }

@@ -88,8 +88,7 @@ impl RunFolder {
     pub fn create(&self) -> Result<(), TrainingError> {
         match fs::metadata(&self.path) {
             Ok(there) if !there.is_dir() => {
-                let cause = "a file is where a folder is to be; give another --out".to_owned();
-                return Err(TrainingError::other(&self.path, cause));
+                return Err(io_error(&self.path)(io::ErrorKind::NotADirectory.into()));
             }
             Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(io_error(&self.path)(e)),
             _ => {}

@@ -17,7 +17,7 @@ use gaitshift_task::{
     Disturbance, EndReason, Environment, OBSERVATION_NAMES, OBSERVATION_SCALE, Push, SensorNoise,
     TerrainParameters, TerrainStep,
 };
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Duration of a push, in s.
@@ -36,8 +36,7 @@ const GREATEST: f64 = 128.0;
 const STRIDE_S: f64 = 4.0;
 
 /// A kind of disturbance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StressKind {
     /// On the hip, for 0.1 s.
     Push,
@@ -60,6 +59,23 @@ impl StressKind {
         Self::Noise,
         Self::Latency,
     ];
+
+    /// What it is called in tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Push => "push",
+            Self::Step => "step",
+            Self::Slope => "slope",
+            Self::Noise => "noise",
+            Self::Latency => "latency",
+        }
+    }
+}
+
+impl Serialize for StressKind {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
 }
 
 /// What is tried, and how carefully.
@@ -131,24 +147,20 @@ impl StressPlan {
         for (name, direction) in directions.into_iter().take(tried) {
             for phase in 0..self.phases {
                 let phase = phase as f64 / self.phases as f64;
-                questions.push(Question::new(
-                    StressKind::Push,
-                    name,
-                    Ask::Push { direction, phase },
-                ));
+                questions.push(Question::new(name, Ask::Push { direction, phase }));
             }
         }
         for (name, sign) in [("up", 1.0), ("down", -1.0)] {
-            questions.push(Question::new(StressKind::Step, name, Ask::Step { sign }));
+            questions.push(Question::new(name, Ask::Step { sign }));
         }
         for (name, sign) in [("up", 1.0), ("down", -1.0)] {
-            questions.push(Question::new(StressKind::Slope, name, Ask::Slope { sign }));
+            questions.push(Question::new(name, Ask::Slope { sign }));
         }
         for name in SensorNoise::NAMES {
-            questions.push(Question::new(StressKind::Noise, name, Ask::Noise { name }));
+            questions.push(Question::new(name, Ask::Noise { name }));
         }
-        questions.push(Question::new(StressKind::Latency, "", Ask::Latency));
-        questions.retain(|question| self.kinds.contains(&question.disturbance));
+        questions.push(Question::new("", Ask::Latency));
+        questions.retain(|question| self.kinds.contains(&question.kind()));
         questions
     }
 }
@@ -156,7 +168,6 @@ impl StressPlan {
 /// Something to find the limit of.
 #[derive(Debug, Clone, Copy)]
 struct Question {
-    disturbance: StressKind,
     which: &'static str,
     ask: Ask,
 }
@@ -171,11 +182,17 @@ enum Ask {
 }
 
 impl Question {
-    fn new(disturbance: StressKind, which: &'static str, ask: Ask) -> Self {
-        Self {
-            disturbance,
-            which,
-            ask,
+    fn new(which: &'static str, ask: Ask) -> Self {
+        Self { which, ask }
+    }
+
+    fn kind(&self) -> StressKind {
+        match self.ask {
+            Ask::Push { .. } => StressKind::Push,
+            Ask::Step { .. } => StressKind::Step,
+            Ask::Slope { .. } => StressKind::Slope,
+            Ask::Noise { .. } => StressKind::Noise,
+            Ask::Latency => StressKind::Latency,
         }
     }
 
@@ -292,7 +309,7 @@ pub fn stress(
             let defined: Vec<f64> = sizes.iter().flatten().copied().collect();
             limits.push(Limit {
                 omega_v,
-                disturbance: question.disturbance,
+                disturbance: question.kind(),
                 which: question.which,
                 phase: match question.ask {
                     Ask::Push { phase, .. } => Some(phase),

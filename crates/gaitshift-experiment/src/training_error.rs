@@ -2,6 +2,7 @@
 
 use crate::config::ConfigError;
 use crate::controller::ControllerError;
+use gaitshift_analysis::name_taken;
 use gaitshift_sac::SacError;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -40,15 +41,10 @@ impl TrainingError {
 /// What the file system says of a path, with what to do.
 pub(crate) fn io_error(path: &Path) -> impl FnOnce(io::Error) -> TrainingError + '_ {
     |e| {
+        if let Some(cause) = name_taken(&e) {
+            return TrainingError::other(path, cause.to_owned());
+        }
         let remedy = match e.kind() {
-            io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => {
-                let cause = "a file is where a folder is to be; give another --out";
-                return TrainingError::other(path, cause.to_owned());
-            }
-            io::ErrorKind::IsADirectory => {
-                let cause = "it is a folder; remove it, or give another --out";
-                return TrainingError::other(path, cause.to_owned());
-            }
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                 "make room; a run goes on from its last checkpoint with --resume"
             }

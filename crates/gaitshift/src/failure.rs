@@ -1,5 +1,6 @@
 //! Why a command ends early, and the exit code that says so.
 
+use gaitshift_analysis::name_taken;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::Path;
@@ -33,14 +34,10 @@ impl Failure {
     /// A file or folder that cannot be written. A name that is taken by something else was given; the rest is the disk's.
     pub fn write(path: &Path, cause: &io::Error) -> Self {
         let path = path.display();
-        let taken = |what: &str| Self::Input(format!("cannot write {path}: {what}"));
+        if let Some(what) = name_taken(cause) {
+            return Self::Input(format!("cannot write {path}: {what}"));
+        }
         let what = match cause.kind() {
-            io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory => {
-                return taken("a file is where a folder is to be; give another --out");
-            }
-            io::ErrorKind::IsADirectory => {
-                return taken("it is a folder; remove it, or give another --out");
-            }
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                 format!("{cause}; make room, or give another --out")
             }

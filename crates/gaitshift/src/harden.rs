@@ -50,7 +50,6 @@ pub fn run(arguments: &HardenArguments) -> Result<(), Failure> {
     let controller = load_controller(a.which.controller.as_deref())?;
     let threads = a.threads.count();
     let folder = a.out.clone().unwrap_or_else(|| PathBuf::from("out/harden"));
-    output::create_folder(&folder)?;
     let interrupted = catch_interrupts("stopping after this round")?;
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(4));
     if let Ok(style) = ProgressStyle::with_template("{spinner:.cyan} {msg}, {elapsed}") {

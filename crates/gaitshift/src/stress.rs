@@ -114,17 +114,6 @@ fn kind(name: DisturbanceName) -> StressKind {
     }
 }
 
-/// Its name in the table.
-fn kind_name(kind: StressKind) -> &'static str {
-    match kind {
-        StressKind::Push => "push",
-        StressKind::Step => "step",
-        StressKind::Slope => "slope",
-        StressKind::Noise => "noise",
-        StressKind::Latency => "latency",
-    }
-}
-
 /// What the table's numbers mean, of what was tried.
 fn notes(plan: &StressPlan) -> Vec<String> {
     let mut notes =
@@ -195,7 +184,7 @@ fn name(limit: &Limit) -> String {
     } else {
         which
     };
-    format!("{} {which}{phase}", kind_name(limit.disturbance))
+    format!("{} {which}{phase}", limit.disturbance.name())
         .trim_end()
         .to_owned()
 }
