@@ -10,7 +10,9 @@ do neither, is hardly imitated from 0.6 to 2.8, and little beyond.
 With `--hard-pushes` half of the bipeds begin with pushes from where the controller falls, with `--hard-steps` some of them
 before steps up where it falls or gets stuck; every 20 iterations these are looked for anew.
 With `--raised-like` many of the bipeds have the hip's mass far above its axis; there two other controllers are imitated, which
-have learned such bodies alone. `--after-pushes 30` holds meanwhile what it did before after pushes.
+have learned such bodies alone. `--after-pushes 30` holds meanwhile what it did before after pushes; with `--free-start-s 2`
+nothing is held in the first 2 s from random starts, where these bodies and ours still look alike, and need one answer.
+`--imitation-steps 200` imitates, after each update, in 200 steps more, from what the last iterations saw.
 Exploration noise lasts for about 0.1 s, because noise that is new in every control period hardly moves the body; the
 gradient is that of what is new in it. The actor is the mean of a network and its mirror image, so the controller to begin with
 must be one.
@@ -33,6 +35,7 @@ import csv
 import json
 import sys
 import time
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -53,6 +56,7 @@ CONTROL_PERIOD_S = 0.01  # of `robust`
 GAMMA, LAMBDA = 0.998, 0.97  # a horizon of 5 s
 CLIP = 0.2
 EPOCHS, ROWS = 3, 16384
+REMEMBERED, IMITATION_ROWS = 8, 4096  # iterations, with `--imitation-steps`; rows of one
 # Right and left exchanged.
 OBSERVATION_MIRROR = [0, 1, 2, 5, 6, 3, 4, 9, 10, 7, 8, 12, 11, 13]
 ACTION_MIRROR = [1, 0]
@@ -65,7 +69,7 @@ AT_SPEED = 2.5  # s/m, the least command at which `--at-speed-like` is imitated
 LOOK_EVERY = 20  # iterations, with `--hard-pushes`
 CRITIC_ALONE, WARM_UP = 6, 12  # iterations at first, and after them, in which the actor's rate rises
 SPREAD = 7  # iterations at first, of 1.28 s each: an episode lasts 10 s
-RAISED_WEIGHT = 30.0  # of `--raised-like`
+RAISED_WEIGHT, RAISED_AT_MOST = 30.0, 2.0  # of `--raised-like`; s/m, the command from which on they do not get faster
 LEAST_NOISE, NOISE_LASTS = 0.02, 0.9  # standard deviation; what remains of the noise in the next control period
 
 
@@ -284,6 +288,7 @@ class Bipeds:
         self.count = len(group)
         self.steps = Steps(self.count)
         self.costs = np.array([part.gait for part in parts])[self.group]  # which pay for what their steps lack
+        self.age = np.zeros(self.count, int)  # control periods since the episode began
         self.observations = np.concatenate(observations).astype(np.float32)
 
     def environment(self, part: Group, count: int, controller: Path) -> Any:
@@ -337,6 +342,7 @@ class Bipeds:
                 if over.any():
                     observations, _ = environment.reset(options={"omega_v": commands, "reset_mask": over})
                     self.observations[begin:end][over] = observations[over]
+                    self.age[begin:end][over] = 0
             begin = end
 
     def change_commands(self) -> None:
@@ -365,6 +371,7 @@ class Bipeds:
             force_n.append(np.stack([info["right_normal_force_n"], info["left_normal_force_n"]], 1))
             begin = end
         ended = np.concatenate(over)
+        self.age = np.where(ended, 0, self.age + 1)
         landed, lack = self.steps.lack(np.concatenate(force_n), np.concatenate(self.commands), ended)
         return np.concatenate(fell), ended, last, landed & self.costs, np.where(self.costs, lack, 0)
 
@@ -380,11 +387,12 @@ class Rollout:
     landed: np.ndarray  # where a step may cost
     lack: np.ndarray  # what the step that ends lacks of the commanded gait
     over: np.ndarray
+    age: np.ndarray  # control periods since the episode began
     cut_off: np.ndarray  # the critic's value where an episode was cut off
 
     @classmethod
     def zeros(cls, count: int) -> Rollout:
-        shapes = [(CONTROL_PERIODS + 1, count, 14), (CONTROL_PERIODS, count, 2), *[(CONTROL_PERIODS, count)] * 6]
+        shapes = [(CONTROL_PERIODS + 1, count, 14), (CONTROL_PERIODS, count, 2), *[(CONTROL_PERIODS, count)] * 7]
         return cls(*(np.zeros(shape, np.float32) for shape in shapes))
 
 
@@ -401,8 +409,11 @@ class Learner:
         noise: float,
         gaits: float = 0.0,
         raised_like: Sequence[Path] = (),
+        free_start_s: float = 0.0,
     ) -> None:
         self.actor, self.before, self.at_speed, self.bipeds, self.gaits = actor, before, at_speed, bipeds, gaits
+        self.free_start = free_start_s / CONTROL_PERIOD_S
+        self.remembered: deque[tuple[Tensor, Tensor, Tensor]] = deque(maxlen=REMEMBERED)
         self.forward = torch.tensor([part.forward for part in bipeds.parts])
         self.group = torch.from_numpy(bipeds.group)
         self.which = nn.functional.one_hot(self.group, len(bipeds.parts)).float()
@@ -410,12 +421,14 @@ class Learner:
             nn.Linear(14 + len(bipeds.parts), 256), nn.ReLU(), nn.Linear(256, 256), nn.ReLU(), nn.Linear(256, 1)
         )
         self.actor_adam = torch.optim.Adam(actor.parameters(), lr=rate)
+        self.imitation_adam = torch.optim.Adam(actor.parameters(), lr=rate)
         self.critic_adam = torch.optim.Adam(self.critic.parameters(), lr=3e-4)
         # Some bipeds with little noise, so that the actor is tried as it will be used, and some with much, so that it learns.
         deviation = LEAST_NOISE * (noise / LEAST_NOISE) ** bipeds.rng.random((bipeds.count, 1))
         self.fresh = (deviation * np.sqrt(1 - NOISE_LASTS**2)).astype(np.float32)
         self.noise = np.zeros((bipeds.count, 2), np.float32)
         self.taught = torch.tensor([part.taught for part in bipeds.parts])
+        self.may_start_freely = torch.tensor([not part.hard and not part.taught for part in bipeds.parts])
         self.teachers = [Actor(path).requires_grad_(False) for path in raised_like]
         if any(not torch.equal(teacher.scale, actor.scale) for teacher in self.teachers):
             raise SystemExit("--raised-like: their observations are scaled otherwise; give controllers of the same recipe")
@@ -424,7 +437,7 @@ class Learner:
         bipeds, scale = self.bipeds, self.actor.scale.numpy()
         done = Rollout.zeros(bipeds.count)
         for period in range(CONTROL_PERIODS):
-            done.observations[period] = bipeds.observations * scale
+            done.observations[period], done.age[period] = bipeds.observations * scale, bipeds.age
             with torch.no_grad():
                 mean = self.actor(torch.from_numpy(done.observations[period])).numpy()
             new = self.fresh * bipeds.rng.standard_normal(mean.shape, dtype=np.float32)
@@ -451,8 +464,15 @@ class Learner:
             near_zero = seen[:, OMEGA_V].abs() < NEAR_ZERO * self.actor.scale[OMEGA_V]
             for teacher, where in zip(self.teachers, (~near_zero, near_zero)):
                 rows = self.taught[group] & where
-                imitated[rows] = teacher(seen[rows])
+                asked = seen[rows]
+                asked[:, OMEGA_V].clamp_(max=RAISED_AT_MOST * float(self.actor.scale[OMEGA_V]))
+                imitated[rows] = teacher(asked)
         return imitated
+
+    def held(self, done: Rollout, keep: Tensor) -> Tensor:
+        """The weight of what is imitated, a row for each action, from that of each biped."""
+        free = (torch.from_numpy(done.age) < self.free_start) & self.may_start_freely[self.group]
+        return torch.where(free, keep.clamp(max=HARDLY), keep).flatten()
 
     def advantages(self, done: Rollout) -> tuple[Tensor, Tensor]:
         """Generalized advantage estimates, and the returns that the critic is to learn; a row for each action."""
@@ -476,12 +496,14 @@ class Learner:
         advantage, returns = self.advantages(done)
         seen = torch.from_numpy(done.observations[:-1]).reshape(-1, 14)
         taken = torch.from_numpy(done.actions).reshape(-1, 2)
-        keep, group, which = (rows.repeat(CONTROL_PERIODS, *[1] * (rows.dim() - 1)) for rows in (keep, self.group, self.which))
+        group, which = (rows.repeat(CONTROL_PERIODS, *[1] * (rows.dim() - 1)) for rows in (self.group, self.which))
+        keep = self.held(done, keep)
         variance = torch.from_numpy(self.fresh[:, 0] ** 2).repeat(CONTROL_PERIODS)
         with torch.no_grad():
             old = torch.cat([self.actor(rows) for rows in seen.split(ROWS)])
             parts = zip(seen.split(ROWS), group.split(ROWS))
             imitated = torch.cat([self.to_imitate(rows, of) for rows, of in parts])
+        self.remembered.append((seen, imitated, keep))
         moved, divergence = torch.zeros(len(self.bipeds.parts)), 0.0
         for epoch in range(EPOCHS):
             for chosen in torch.randperm(len(seen)).split(ROWS):
@@ -507,6 +529,17 @@ class Learner:
                     step = (mean.detach() - old[chosen]).square().sum(1)
                     divergence += float((step / (2 * variance[chosen])).sum()) / len(seen)
         return (moved / torch.bincount(group)).numpy(), divergence
+
+    def imitate(self, steps: int) -> None:
+        """Imitates on, from the rollouts of the last iterations: an update has few steps, since its gain holds near it only."""
+        for _ in range(steps):
+            seen, imitated, keep = self.remembered[int(torch.randint(len(self.remembered), ()))]
+            chosen = torch.randint(len(seen), (IMITATION_ROWS,))
+            loss = (keep[chosen] * (self.actor(seen[chosen]) - imitated[chosen]).square().sum(1)).mean()
+            self.imitation_adam.zero_grad()
+            loss.backward()
+            nn.utils.clip_grad_norm_(self.actor.parameters(), 1.0)
+            self.imitation_adam.step()
 
 
 def main() -> None:
@@ -537,6 +570,8 @@ def main() -> None:
     parser.add_argument(
         "--raised-m", type=float, nargs=2, default=(0.06, 0.1), metavar=("LEAST", "GREATEST"), help="these heights, in m"
     )
+    parser.add_argument("--imitation-steps", type=int, default=0, help="that follow each update, from the last rollouts")
+    parser.add_argument("--free-start-s", type=float, default=0.0, help="hardly held from random starts for so long")
     parser.add_argument("--raised-near-zero", type=float, default=RAISED_WEIGHT, help="weight of NEAR_ZERO")
     parser.add_argument("--anew", action="store_true", help="with --gaits: hardly imitate it at ω_v from 0.6 to 2.8")
     arguments = parser.parse_args()
@@ -565,7 +600,7 @@ def main() -> None:
     at_speed = Actor(arguments.at_speed_like or arguments.controller).requires_grad_(False)
     learner = Learner(
         actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise, arguments.gaits,
-        arguments.raised_like,
+        arguments.raised_like, arguments.free_start_s,
     )
     seconds_of = CONTROL_PERIODS * CONTROL_PERIOD_S * np.bincount(bipeds.group)  # a group's in an iteration
     arguments.out.mkdir(parents=True, exist_ok=True)
@@ -580,7 +615,8 @@ def main() -> None:
         for iteration in range(1, arguments.iterations + 1):
             share_left = 1 - iteration / arguments.iterations
             warm = min(1.0, max(0.05, (iteration - CRITIC_ALONE) / WARM_UP))
-            learner.actor_adam.param_groups[0]["lr"] = arguments.learning_rate * max(0.02, share_left) * warm
+            for adam in (learner.actor_adam, learner.imitation_adam):
+                adam.param_groups[0]["lr"] = arguments.learning_rate * max(0.02, share_left) * warm
             keep = bipeds.keep()
             if bipeds.hard and iteration % LOOK_EVERY == 0:
                 bipeds.hard.look(actor)
@@ -589,6 +625,8 @@ def main() -> None:
             done = learner.rollout()
             bipeds.change_commands()
             moved, divergence = learner.update(done, keep, critic_alone=iteration <= CRITIC_ALONE)
+            if iteration > CRITIC_ALONE:
+                learner.imitate(arguments.imitation_steps)
             falls = np.bincount(bipeds.group, weights=done.fell.sum(0)) / seconds_of
             lack, steps = (np.bincount(bipeds.group, weights=rows.sum(0)) for rows in (done.lack, done.landed))
             of_step = (lack / np.maximum(steps, 1))[[part.gait for part in parts]]

@@ -3,7 +3,8 @@ before it has learned, and refuses what is no mean of a network and its mirror i
 definition, also where an episode ends or is cut off; what did better than expected becomes likelier, unless what the
 controller did before weighs more; a second controller is imitated at speed after pushes forward, and nowhere else; with
 `--gaits` steps cost what they lack, and with `--anew` little of what was done before is held where a run is learned; hard
-cases are held as `--after-pushes` says."""
+cases are held as `--after-pushes` says, and nothing from random starts at first with `--free-start-s`; `--imitation-steps`
+bring the actor nearer to what is imitated."""
 
 import csv
 import sys
@@ -160,6 +161,39 @@ def test_far_above_the_axis_two_others_are_imitated(script, tmp_path):
     seen[:, script.OMEGA_V] = torch.tensor([-0.3, 0.5, 3.0]).repeat(2) * actors[0].scale[script.OMEGA_V]
     difference = learner.to_imitate(seen, groups) - actors[1](seen)
     assert (difference[:3] == 0).all() and (difference[3] < 0).all() and (difference[4:] > 0).all()
+    slower = seen.clone()
+    slower[5, script.OMEGA_V] = script.RAISED_AT_MOST * actors[0].scale[script.OMEGA_V]
+    assert torch.equal(learner.to_imitate(seen, groups)[5], learner.to_imitate(slower, groups)[5])
+
+
+def test_a_random_start_is_free_for_as_long_as_is_said_but_where_others_are_imitated(script):
+    parts = script.groups(script.Held(6.0, 6.0, 6.0, 6.0), script.Extras(hard=True, raised_m=(0.06, 0.1)))
+    bipeds = script.Bipeds(ROBUST, parts, 14, 0.5, np.random.default_rng(1))
+    actors = [script.Actor(ROBUST).requires_grad_(False) for _ in range(3)]
+    learner = script.Learner(*actors, bipeds, 1e-4, 0.15, free_start_s=0.5)
+    keep = torch.full((bipeds.count,), 6.0)
+    held = learner.held(learner.rollout(), keep).reshape(script.CONTROL_PERIODS, bipeds.count)
+    free = torch.tensor([not part.hard and not part.taught for part in parts])[learner.group]
+    assert (held[:50, free] == np.float32(script.HARDLY)).all() and (held[50, free] == 6.0).any()
+    assert (held[:, ~free] == 6.0).all()
+
+
+def test_steps_of_imitation_bring_the_actor_nearer(script, learner):
+    with torch.no_grad():
+        learner.actor.layers[-1].bias += 0.2
+    seen, group = torch.zeros(64, 14), torch.zeros(64, dtype=torch.int64)
+    imitated = learner.to_imitate(seen, group)
+    learner.remembered.append((seen, imitated, torch.ones(64)))
+
+    def distance():
+        with torch.no_grad():
+            return float((learner.actor(seen) - imitated).square().mean())
+
+    before = distance()
+    learner.imitate(0)
+    assert distance() == before
+    learner.imitate(100)
+    assert distance() < 0.8 * before
 
 
 def test_after_pushes_says_how_much_is_held_in_hard_cases(script):
