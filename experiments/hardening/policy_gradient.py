@@ -421,7 +421,7 @@ class Learner:
             nn.Linear(14 + len(bipeds.parts), 256), nn.ReLU(), nn.Linear(256, 256), nn.ReLU(), nn.Linear(256, 1)
         )
         self.actor_adam = torch.optim.Adam(actor.parameters(), lr=rate)
-        self.imitation_adam = torch.optim.Adam(actor.parameters(), lr=rate)
+        self.imitation_adam = torch.optim.Adam(actor.parameters(), lr=rate)  # its gradients are of another size
         self.critic_adam = torch.optim.Adam(self.critic.parameters(), lr=3e-4)
         # Some bipeds with little noise, so that the actor is tried as it will be used, and some with much, so that it learns.
         deviation = LEAST_NOISE * (noise / LEAST_NOISE) ** bipeds.rng.random((bipeds.count, 1))
@@ -520,10 +520,7 @@ class Learner:
                 gain = torch.minimum(ratio * advantage[chosen], ratio.clamp(1 - CLIP, 1 + CLIP) * advantage[chosen])
                 difference = (mean - imitated[chosen]).square().sum(1)
                 loss = (keep[chosen] * difference - gain).mean()
-                self.actor_adam.zero_grad()
-                loss.backward()
-                nn.utils.clip_grad_norm_(self.actor.parameters(), 1.0)
-                self.actor_adam.step()
+                self.descend(self.actor_adam, loss)
                 if epoch == EPOCHS - 1:
                     moved.index_add_(0, group[chosen], difference.detach())
                     step = (mean.detach() - old[chosen]).square().sum(1)
@@ -536,10 +533,14 @@ class Learner:
             seen, imitated, keep = self.remembered[int(torch.randint(len(self.remembered), ()))]
             chosen = torch.randint(len(seen), (IMITATION_ROWS,))
             loss = (keep[chosen] * (self.actor(seen[chosen]) - imitated[chosen]).square().sum(1)).mean()
-            self.imitation_adam.zero_grad()
-            loss.backward()
-            nn.utils.clip_grad_norm_(self.actor.parameters(), 1.0)
-            self.imitation_adam.step()
+            self.descend(self.imitation_adam, loss)
+
+    def descend(self, adam: torch.optim.Adam, loss: Tensor) -> None:
+        """A step of the actor."""
+        adam.zero_grad()
+        loss.backward()
+        nn.utils.clip_grad_norm_(self.actor.parameters(), 1.0)
+        adam.step()
 
 
 def main() -> None:
