@@ -15,12 +15,14 @@ fn what_comes_with_the_program_is_what_training_or_hardening_wrote() {
         (
             "robust",
             "robust",
-            11,
+            34,
             "python experiments/hardening/policy_gradient.py --controller \
-             controllers/robust/by-policy-gradients-on-hard-pushes.safetensors --hard-pushes --raised-like \
+             controllers/robust/raised-bodies-with-hard-pushes.safetensors --hard-pushes --raised-like \
              controllers/robust/on-raised-mass.safetensors controllers/robust/on-raised-mass-near-zero.safetensors \
-             --raised-m 0.07 0.102 --raised-near-zero 0.5 --at-zero 0.4 --near-zero 100 --keep-walk 1000 --from \
-             controllers/robust/imitating-raised-bodies.safetensors --seed 11 --learning-rate 3e-4 --iterations 60 --out M16",
+             --raised-m 0.07 0.102 --raised-near-zero 0.5 --at-zero 0.4 --near-zero 100 --keep-walk 1000 \
+             --learning-rate 3e-4 --free-start-s 2 --imitation-steps 200 --from \
+             controllers/robust/imitating-at-length.safetensors --seed 34 --after-pushes 300 --elsewhere 300 \
+             --iterations 24 --out H2",
         ),
     ];
     assert!(Controller::names().eq(commands.map(|(name, ..)| name)));
