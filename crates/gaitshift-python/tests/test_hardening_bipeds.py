@@ -187,10 +187,10 @@ def test_most_episodes_begin_with_such_a_push_and_end_with_it(hard_pushes):
 
 
 def test_a_step_is_hard_where_it_brings_the_body_down_or_to_rest(hard_cases, capsys):
-    actor = experiment_script("hardening/policy_gradient.py").Actor(ROBUST)
+    actor = experiment_script("hardening/policy_gradient.py").Actor(WALKER)
     # Steps that are got over, and one that is as high as a knee.
     cases = (hard_cases.Case(3.0, step_up_m=0.002), hard_cases.Case(0.0, step_up_m=0.4))
-    bipeds = hard_cases.HardCases(20, ROBUST, np.random.default_rng(1), actor, cases)
+    bipeds = hard_cases.HardCases(20, WALKER, np.random.default_rng(1), actor, cases)
     observations, _ = bipeds.reset(options={}, seed=1)
     assert [len(hard) for hard in bipeds.hard] == [0, 24]
     assert "0.002 m at 3: 0 of 24, 0.4 m at 0: 24 of 24" in capsys.readouterr().out
