@@ -1,9 +1,10 @@
 """Of 144 motions at each of ω_v = 0, 1, 2 and 3, how many fall within 8 s of a push.
 
 Twelve random starts, each pushed for 0.1 s at twelve times 0.1 s apart, more than a stride together. A line a push: its impulse
-forward and up in N s, and the falls at 0, 1, 2 and 3. About two minutes of one core a controller:
+forward and up in N s, and the falls at each command. About two minutes of one core a controller:
 
     python experiments/hardening/falls.py robust controllers/robust/before-hardening.safetensors
+    python experiments/hardening/falls.py robust --omega-v 0.1 0.2 0.3 0.5 3.5
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ import argparse
 
 import gaitshift
 
-COMMANDS = (0.0, 1.0, 2.0, 3.0)
 IMPULSES_N_S = ((25, 0), (30, 0), (35, 0), (-10, 0), (-20, 0), (-30, 0), (0, -10), (0, -20), (0, -30), (0, 40))
 DURATION_S = 0.1
 STARTS = range(1001, 1013)
@@ -30,11 +30,13 @@ def fell(controller: gaitshift.Controller, omega_v: float, seed: int, impulse_n_
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("controllers", nargs="+", help="shipped, robust, files or folders of runs")
-    for name in parser.parse_args().controllers:
+    parser.add_argument("--omega-v", type=float, nargs="+", default=(0.0, 1.0, 2.0, 3.0), help="commands [default: 0 1 2 3]")
+    arguments = parser.parse_args()
+    for name in arguments.controllers:
         controller = gaitshift.Controller.load(name)
         print(name)
         for impulse in IMPULSES_N_S:
-            falls = [sum(fell(controller, w, seed, impulse, t) for seed in STARTS for t in TIMES_S) for w in COMMANDS]
+            falls = [sum(fell(controller, w, seed, impulse, t) for seed in STARTS for t in TIMES_S) for w in arguments.omega_v]
             print(f"{impulse[0]:4d} {impulse[1]:4d}   {' '.join(f'{n:4d}' for n in falls)}", flush=True)
 
 

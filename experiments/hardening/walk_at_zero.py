@@ -1,0 +1,217 @@
+"""Searches a walk at ω_v = 0 that bears stronger pushes, by what is added to a controller's commands.
+
+Added to the command of each leg, before the tanh, is a function of the angle between the legs, one while the leg swings
+forward and one while it goes back: 14 numbers, the same for both legs. CMA-ES (Hansen 2016) looks for those with the fewest
+falls under pushes forward and backward, from states of the walk itself that are drawn anew in each generation; a walk with
+too little double support, or faster than `--speed`, counts as worse. All of it becomes units of the controller's own
+network, which are silent at other commands.
+
+OUT gets a controller every five generations, of the mean of what CMA-ES would try next, log.csv with a row for each
+generation, and search.pickle, from which the same command goes on. Needs PyTorch, safetensors and cma beside the package;
+a generation takes about 25 s of two cores:
+
+    pip install torch safetensors cma
+    robust=crates/gaitshift-experiment/controllers/robust.safetensors
+    python experiments/hardening/walk_at_zero.py --controller $robust --out out/walk
+    python experiments/hardening/falls.py robust out/walk/40.safetensors
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import multiprocessing
+import pickle
+import tempfile
+import time
+from pathlib import Path
+
+import cma
+import numpy as np
+import torch
+from hard_cases import COORDINATES, VELOCITIES, Case
+from policy_gradient import OMEGA_V, Actor
+from torch import nn
+
+import gaitshift
+from gaitshift.vector import PassiveBipedVectorEnv
+
+# Places among the observations.
+RIGHT_PHI, LEFT_PHI = 7, 9  # each leg's angular velocity stands behind its angle
+KNOTS_RAD = (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45)  # of the leg's angle less the other's; constant beyond
+NUMBERS = 2 * len(KNOTS_RAD)
+UNITS = 16  # of each half of the network and layer, all but a few of them used
+CLOSES = 0.6  # per rad/s: how fast the function of a swinging leg ends as it goes back, and the reverse
+ENDS, ENDS_WITHIN = 0.2, 20.0  # |ω_v| in s/m up to which it is added, and how fast it ends beyond, per s/m
+
+STARTS, LONG_S, SETTLED_S = 27, 8.0, 6.0  # undisturbed motions, how long, and from when on they are a walk
+LAST, EVERY = 200, 33  # control periods at their end, and between two states that are pushed
+UP = 260  # control periods that it has to stay up from the push on
+MEASURED = ("speed_m_per_s", "double_support", "flight")
+LEAST_DOUBLE_SUPPORT = 0.08  # share of the time, as flight
+FELL, LACKING, LARGE = 3.0, 20.0, 0.002  # what falling undisturbed costs, too much speed and so on, and numbers far from 0
+
+
+class Shaped(Actor):
+    """A controller whose walk at 0 is shaped by values at the knots, those of a swinging leg first."""
+
+    def __init__(self, path: Path, values: np.ndarray) -> None:
+        super().__init__(path)
+        before, self.before = self.layers, self.file
+        units = before[0].bias.shape[0]
+        self.units, wide = units, units + UNITS
+        self.layers = nn.ModuleList([nn.Linear(14, wide), nn.Linear(wide, wide), nn.Linear(wide, 2)]).requires_grad_(False)
+        first, second, output = self.layers
+        for layer, old in zip(self.layers, before):
+            layer.weight.zero_()[: old.weight.shape[0], : old.weight.shape[1]] = old.weight
+            layer.bias.zero_()[: old.bias.shape[0]] = old.bias
+        apart, faster, command = torch.zeros(3, 14)
+        for row, behind in ((apart, 0), (faster, 1)):
+            row[RIGHT_PHI + behind] = 1 / self.scale[RIGHT_PHI + behind]
+            row[LEFT_PHI + behind] = -1 / self.scale[LEFT_PHI + behind]
+        command[OMEGA_V] = 1 / self.scale[OMEGA_V]
+        knots = torch.tensor(KNOTS_RAD)
+        hinges = slice(units, units + len(knots))
+        first.weight[hinges], first.bias[hinges] = apart, -knots
+        back, forward, above, below = range(hinges.stop, hinges.stop + 4)
+        first.weight[back], first.weight[forward] = -faster, faster
+        first.weight[above], first.weight[below] = command, -command
+        first.bias[[above, below]] = -ENDS
+        # What a function has of either sign is a unit's of its own, since a unit is never negative.
+        for row, (at_knots, closed_by, sign) in enumerate(
+            (half, gate, sign)
+            for half, gate in zip(np.split(np.asarray(values), 2), (back, forward))
+            for sign in (1, -1)
+        ):
+            bends = np.diff(np.diff(at_knots) / np.diff(KNOTS_RAD), prepend=0.0, append=0.0)
+            unit = units + row
+            second.weight[unit, hinges] = torch.tensor(sign * bends, dtype=torch.float32)
+            second.bias[unit] = float(sign * at_knots[0])
+            second.weight[unit, closed_by] = -CLOSES
+            second.weight[unit, [above, below]] = -ENDS_WITHIN
+            output.weight[0, unit] = 2.0 * sign  # of one half, which is half of the mean
+
+    def save(self, path: Path, seed: int) -> None:
+        """Writes it as a controller, whose network is as wide as it has become."""
+        description = json.loads(self.metadata["gaitshift"])
+        wide = self.units + UNITS
+        description["network"]["hidden"] = [2 * wide, 2 * wide]
+        self.metadata = self.metadata | {"gaitshift": json.dumps(description)}
+        output = self.before["output.weight"]
+        rows = torch.zeros(output.shape[0], 2 * wide)
+        rows[:, : self.units], rows[:, wide : wide + self.units] = output.split(self.units, 1)
+        self.file = self.before | {
+            "layers.0.weight": torch.zeros(2 * wide, self.before["layers.0.weight"].shape[1]),
+            "layers.0.bias": torch.zeros(2 * wide),
+            "layers.1.weight": torch.zeros(2 * wide, 2 * wide),
+            "layers.1.bias": torch.zeros(2 * wide),
+            "output.weight": rows,
+        }
+        super().save(path, seed)
+
+
+class Task:
+    """What a candidate is judged by."""
+
+    def __init__(self, controller: Path, pushes: list[tuple[float, float]], speed: float) -> None:
+        self.controller, self.pushes, self.speed = controller, pushes, speed
+
+    def walks(self, actor: Actor, seed: int) -> list[gaitshift.Recording]:
+        """What it does from random starts when nothing disturbs it."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "now.safetensors"
+            actor.save(path, seed)
+            controller = gaitshift.Controller.load(path)
+        return [controller.record(0.0, LONG_S, seed=seed + start) for start in range(STARTS)]
+
+    def falls(self, actor: Actor, starts: np.ndarray, forward_n: float) -> float:
+        """Share of the starts from which it falls, pushed at once."""
+        count = len(starts)
+        environment = PassiveBipedVectorEnv(
+            count, 0.0, controller=self.controller, autoreset_mode="Disabled", disturbance=Case(0.0, forward_n).disturbance
+        )
+        state = (starts[:, :11], starts[:, 11:])
+        observations, _ = environment.reset(seed=0, options={"state": state})
+        fell = np.zeros(count, bool)
+        actions = np.zeros((count, 2), np.float32)
+        for _ in range(UP):
+            actions[~fell] = actor.act(observations[~fell])
+            observations, _, terminated, _, _ = environment.step(actions)
+            fell |= terminated
+            if terminated.any():
+                environment.reset(options={"state": state, "reset_mask": terminated.copy()})
+        return float(fell.mean())
+
+    def cost(self, values: np.ndarray, seed: int) -> dict[str, float]:
+        """The cost of a candidate, and what it is made of."""
+        actor = Shaped(self.controller, values)
+        motions = self.walks(actor, seed)
+        summaries = [motion.summary(SETTLED_S) for motion in motions]
+        fell = float(np.mean([summary["fell"] for summary in summaries]))
+        if fell > 0:
+            return {"cost": FELL + fell}
+        mean = {name: float(np.mean([summary[name] for summary in summaries])) for name in MEASURED}
+        first = np.random.default_rng(seed).integers(EVERY, size=len(motions))
+        states = (np.stack([motion[name] for name in COORDINATES + VELOCITIES], 1) for motion in motions)
+        starts = np.concatenate([rows[-LAST:][begin::EVERY] for rows, begin in zip(states, first)])
+        falls = {f"falls {forward_n:g} N": self.falls(actor, starts, forward_n) for forward_n, _ in self.pushes}
+        cost = sum(weight * share for share, (_, weight) in zip(falls.values(), self.pushes))
+        too_fast = max(0.0, mean["speed_m_per_s"] - self.speed)
+        lack = too_fast + max(0.0, LEAST_DOUBLE_SUPPORT - mean["double_support"]) + mean["flight"]
+        return {"cost": cost + LACKING * lack + LARGE * float(np.square(values).sum())} | mean | falls
+
+
+def push_and_weight(text: str) -> tuple[float, float]:
+    forward_n, weight = (float(part) for part in text.split(":"))
+    return forward_n, weight
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--controller", type=Path, required=True, help="the controller whose walk is shaped")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the controllers and log.csv")
+    parser.add_argument("--generations", type=int, default=40)
+    parser.add_argument("--candidates", type=int, default=12, help="in each of them")
+    parser.add_argument("--deviation", type=float, default=0.06, help="of the numbers that are tried at first")
+    parser.add_argument("--speed", type=float, default=0.7, help="greatest mean speed, in m/s")
+    parser.add_argument(
+        "--pushes", type=push_and_weight, nargs="+", metavar="N:WEIGHT", default=[(310.0, 1.0), (345.0, 0.6), (-320.0, 0.8)],
+        help="forces for 0.1 s, and what a share of 1 that falls costs [default: 310:1 345:0.6 -320:0.8]",
+    )
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--processes", type=int, default=2)
+    arguments = parser.parse_args()
+
+    torch.set_num_threads(1)
+    task = Task(arguments.controller, arguments.pushes, arguments.speed)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    state, log = arguments.out / "search.pickle", arguments.out / "log.csv"
+    if state.exists():
+        search = pickle.loads(state.read_bytes())
+    else:
+        options = {"popsize": arguments.candidates, "seed": arguments.seed, "verbose": -9}
+        search = cma.CMAEvolutionStrategy(np.zeros(NUMBERS), arguments.deviation, options)
+    columns = ["cost", *MEASURED, *(f"falls {forward_n:g} N" for forward_n, _ in arguments.pushes)]
+    with multiprocessing.Pool(arguments.processes) as pool:
+        for generation in range(search.countiter + 1, arguments.generations + 1):
+            began = time.monotonic()
+            candidates, seed = search.ask(), 1_000_000 * arguments.seed + 1000 * generation
+            measured = pool.starmap(task.cost, [(values, seed) for values in [*candidates, search.mean]], chunksize=1)
+            search.tell(candidates, [each["cost"] for each in measured[:-1]])
+            state.write_bytes(pickle.dumps(search))
+            mean = {name: round(float(value), 4) for name, value in measured[-1].items()}
+            with log.open("a", newline="") as file:
+                rows = csv.DictWriter(file, ["generation", "elapsed_s", "deviation", *columns])
+                if generation == 1:
+                    rows.writeheader()
+                elapsed_s, deviation = round(time.monotonic() - began), round(search.sigma, 4)
+                rows.writerow({"generation": generation, "elapsed_s": elapsed_s, "deviation": deviation} | mean)
+            told = ", ".join(f"{name} {value:g}" for name, value in mean.items())
+            print(f"generation {generation} of {arguments.generations}: {told}", flush=True)
+            if generation % 5 == 0 or generation == arguments.generations:
+                Shaped(arguments.controller, search.mean).save(arguments.out / f"{generation}.safetensors", arguments.seed)
+
+
+if __name__ == "__main__":
+    main()
