@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that no files import each other in a circle, and that crates use only what ARCHITECTURE.md lets them use.
+"""Checks that no files import each other in a circle, that crates use only what ARCHITECTURE.md lets them use, and that all
+tests are run.
 Needs Python 3.11, nothing else.
 
     tools/check_structure.py [--graph CRATE]
@@ -12,6 +13,8 @@ that are called without naming their module are not seen.
 
 Crates. The table in ARCHITECTURE.md says what each crate uses. Its `[dependencies]` name those crates and no others; all of
 them, and its `[dev-dependencies]` too, stand below it in the table.
+
+Tests. Each file of a crate's `tests` is run: it is a module of `tests/main.rs`, or a program that `Cargo.toml` names.
 
 Prints what is wrong, one line each with the circle, and exits with 1 if there is anything. `--graph` prints a crate's rooms.
 """
@@ -174,12 +177,26 @@ def dependencies():
                 yield f"{where}: uses {other}, which does not stand below it in ARCHITECTURE.md's table"
 
 
+def tests():
+    """Files of tests that nothing runs."""
+    for manifest in sorted(ROOT.glob("crates/*/Cargo.toml")):
+        folder = manifest.parent / "tests"
+        read = tomllib.loads(manifest.read_text("utf-8"))
+        run = {test.get("path", f"tests/{test['name']}.rs") for test in read.get("test", [])}
+        if "tests/main.rs" in run:
+            words = tokens((folder / "main.rs").read_text("utf-8"))
+            run |= {f"tests/{name}.rs" for mod, name in pairwise(words) if mod == "mod"}
+        for file in sorted(folder.glob("*.rs")):
+            if f"tests/{file.name}" not in run:
+                yield f"{file.relative_to(ROOT)}: not run; name it in {folder.relative_to(ROOT)}/main.rs"
+
+
 def main():
     if sys.argv[1:2] == ["--graph"]:
         for own, others in sorted(rooms(ROOT / "crates" / sys.argv[2]).items()):
             print(f"{own}: {', '.join(sorted(others)) or '-'}")
         return 0
-    wrong = list(dependencies())
+    wrong = [*dependencies(), *tests()]
     for crate in sorted(path.parent for path in ROOT.glob("crates/*/Cargo.toml")):
         uses = rooms(crate)
         for circle in circles(uses):

@@ -162,9 +162,9 @@ class Task:
         return {"cost": cost + LACKING * lack + LARGE * float(np.square(values).sum())} | mean | falls
 
 
-def push_and_weight(text: str) -> tuple[float, float]:
-    forward_n, weight = (float(part) for part in text.split(":"))
-    return forward_n, weight
+def pushes_and_weights(text: str) -> list[tuple[float, float]]:
+    pairs = [[float(part) for part in pair.split(":")] for pair in text.split(",")]
+    return [(forward_n, weight) for forward_n, weight in pairs]
 
 
 def main() -> None:
@@ -176,8 +176,8 @@ def main() -> None:
     parser.add_argument("--deviation", type=float, default=0.06, help="of the numbers that are tried at first")
     parser.add_argument("--speed", type=float, default=0.7, help="greatest mean speed, in m/s")
     parser.add_argument(
-        "--pushes", type=push_and_weight, nargs="+", metavar="N:WEIGHT", default=[(310.0, 1.0), (345.0, 0.6), (-320.0, 0.8)],
-        help="forces for 0.1 s, and what a share of 1 that falls costs [default: 310:1 345:0.6 -320:0.8]",
+        "--pushes", type=pushes_and_weights, metavar="N:WEIGHT,...", default="310:1,345:0.6,-320:0.8",
+        help="forces for 0.1 s, and what a share of 1 that falls costs [default: %(default)s]",
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=2)

@@ -1,9 +1,7 @@
 //! Contract: cost of transport is (8) of the paper, the Froude number is the paper's `v / √(g l)`, and both
 //! are undefined where they mean nothing.
 
-mod common;
-
-use common::{Frame, GRAVITY, Gait, LEG_M, close, metadata, record};
+use crate::common::{Frame, GRAVITY, Gait, LEG_M, close, metadata, record};
 use gaitshift_analysis::cost::{
     absolute_cost_of_transport, classic_froude_number, cost_of_transport, froude_number,
     speed_m_per_s, squared_force_n2_s_per_m,

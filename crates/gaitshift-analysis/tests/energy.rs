@@ -2,11 +2,9 @@
 //! spring-mass runner's correlate with +1 in single support, its elastic energy with -1 to both. Recovery is that of the centre
 //! of mass: what segments do about it does not count.
 
-mod common;
-
 use std::f64::consts::PI;
 
-use common::{Frame, GRAVITY, Gait, MASS_KG, PERIOD_S, close, metadata, record};
+use crate::common::{Frame, GRAVITY, Gait, MASS_KG, PERIOD_S, close, metadata, record};
 use gaitshift_analysis::energy::{
     correlation_in_single_support, correlation_over, energy_recovery,
 };

@@ -1,9 +1,8 @@
 //! Contract: clearance is the sole's height where a leg swings past the other one; friction of standing feet is slip, that of
 //! all others drag; a recording without details has neither.
 
-mod common;
-
-use common::{Gait, close, record};
+use crate::common;
+use crate::common::{Gait, close, record};
 use gaitshift_analysis::feet::{Rubbing, clearance_m};
 use gaitshift_analysis::recording::{Recording, Side, column, detail};
 use gaitshift_analysis::support::{ContactRule, Support};

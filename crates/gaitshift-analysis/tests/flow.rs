@@ -1,9 +1,8 @@
 //! Contract: work and losses per step are what a leg's elements were given, divided by the steps of either foot; peaks are the means of
 //! the greatest force of each stance; a recording without details has none of it.
 
-mod common;
-
-use common::{Gait, PERIOD_S, WEIGHT_N, close};
+use crate::common;
+use crate::common::{Gait, PERIOD_S, WEIGHT_N, close};
 use gaitshift_analysis::flow::{
     EnergyFlow, losses_after_touchdown, peak_force_body_weights, share_at_stop, touching_shares,
 };

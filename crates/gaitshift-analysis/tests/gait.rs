@@ -2,9 +2,7 @@
 //! the same with flight and no double support. Standing, skating, hopping, limping, pausing and changing
 //! gait are neither, chatter and mirroring change nothing, and a fall is a fall.
 
-mod common;
-
-use common::{Frame, Gait, record};
+use crate::common::{Frame, Gait, record};
 use gaitshift_analysis::recording::{Recording, ended_by};
 use gaitshift_analysis::{AnalysisOptions, GaitClass, GaitRule, summarise};
 

@@ -1,9 +1,8 @@
 //! Contract: the present gait is the analysis' verdict on the latest steps: it follows a change of gait within the steps
 //! that the verdict needs, a stop within the longest step, and what comes later does not change it.
 
-mod common;
-
-use common::{Frame, record};
+use crate::common;
+use crate::common::{Frame, record};
 use gaitshift_analysis::support::Support;
 use gaitshift_analysis::{GaitClass, GaitRule, Recording, recent};
 

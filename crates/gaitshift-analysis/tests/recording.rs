@@ -2,11 +2,10 @@
 //! something else is refused with an error that names the file, the place, the cause and the remedy; a
 //! recording never holds a number that is not finite, nor time running backwards.
 
-mod common;
-
+use crate::common;
 use std::fs;
 
-use common::{Gait, metadata};
+use crate::common::{Gait, metadata};
 use gaitshift_analysis::recording::{
     COLUMNS, Column, DETAILS, Recording, RecordingError, RowError, Window, column, detail,
 };

@@ -1,9 +1,7 @@
 //! Contract: the statistics agree with values computed by hand or with NumPy and SciPy, are undefined
 //! rather than NaN where they have no meaning, and are the same on every machine for the same seed.
 
-mod common;
-
-use common::close;
+use crate::common::close;
 use gaitshift_analysis::statistics::{
     bootstrap_interval, correlation, interquartile_mean, mean, median, standard_deviation,
     wilson_interval,

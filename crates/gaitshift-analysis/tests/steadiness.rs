@@ -1,11 +1,10 @@
 //! Contract: steps all alike vary by nothing, whatever the rows; the phase between the hips is π for legs that alternate, 0 for
 //! legs that swing together, and its deviation is that of a circular sample.
 
-mod common;
-
+use crate::common;
 use std::f64::consts::{PI, TAU};
 
-use common::{Gait, PERIOD_S, close, record};
+use crate::common::{Gait, PERIOD_S, close, record};
 use gaitshift_analysis::recording::{Recording, Side, detail};
 use gaitshift_analysis::steadiness::{HipPhase, StepVariation};
 use gaitshift_analysis::steps::{Step, find_steps};

@@ -1,9 +1,7 @@
 //! Contract: steps run from touchdown to touchdown; their frequency, length, duty factor and asymmetry
 //! are those of the motion, and sliding feet are told from standing ones.
 
-mod common;
-
-use common::{Frame, Gait, close, record};
+use crate::common::{Frame, Gait, close, record};
 use gaitshift_analysis::recording::{Recording, Side, Window};
 use gaitshift_analysis::steps::{
     LegTiming, Step, find_steps, foot_slide, step_frequency_hz, step_length_m, step_time_asymmetry,

@@ -2,9 +2,7 @@
 //! other programs rely on; what is undefined is null; and no recording, however odd, makes it panic or
 //! yield a number that is not finite.
 
-mod common;
-
-use common::{Frame, GRAVITY, Gait, LEG_M, close, metadata, record};
+use crate::common::{Frame, GRAVITY, Gait, LEG_M, close, metadata, record};
 use gaitshift_analysis::recording::{COLUMNS, Recording};
 use gaitshift_analysis::{
     AnalysisOptions, GaitClass, GaitSummary, TransitionOptions, summarise, summarise_transition,

@@ -2,9 +2,7 @@
 //! contacts shorter than stated are chatter, except at the recording's ends; the phases cover the
 //! recording without gaps, and touchdowns and lift-offs stand where contacts begin and end.
 
-mod common;
-
-use common::{Frame, Gait, PERIOD_S, WEIGHT_N, metadata, record};
+use crate::common::{Frame, Gait, PERIOD_S, WEIGHT_N, metadata, record};
 use gaitshift_analysis::recording::{COLUMNS, Recording, Side, Window, column};
 use gaitshift_analysis::support::{ContactRule, FootEventKind, Support, SupportPhase};
 

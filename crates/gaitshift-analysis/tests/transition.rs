@@ -2,9 +2,8 @@
 //! number of the touchdown from which on every step belongs to the new gait; the correlations named
 //! without a phase are those in which each gait shows.
 
-mod common;
-
-use common::{Frame, Gait, PERIOD_S, close, record};
+use crate::common;
+use crate::common::{Frame, Gait, PERIOD_S, close, record};
 use gaitshift_analysis::recording::{COLUMNS, Recording, column};
 use gaitshift_analysis::{
     GaitClass, REST_S, TransitionOptions, TransitionSummary, changes_of_gait, command_changes,

@@ -2,8 +2,7 @@
 //! an experiment or a file of its own; nonsense is answered by its key and what would do; a run keeps the criteria by which
 //! its best controller was chosen.
 
-mod common;
-use common::{TINY, Until, text, tiny};
+use crate::common::{TINY, Until, text, tiny};
 use gaitshift_analysis::GaitClass;
 use gaitshift_experiment::{
     AskedChange, AskedGait, Criteria, Evaluation, Experiment, RECIPES, Training,

@@ -1,8 +1,7 @@
 //! Contract: the evaluations of a run can be read while it goes on, also by who knows less of them than was written; a
 //! damaged line is named.
 
-mod common;
-use common::EVALUATION;
+use crate::common::EVALUATION;
 use gaitshift_analysis::GaitClass;
 use gaitshift_experiment::{Evaluation, RunName};
 

@@ -2,8 +2,7 @@
 //! they are logged by name, learned from, resumed to the same bits and recorded; what a run's files depend on cannot be
 //! edited; one that tells left from right is warned of where batches are mirrored.
 
-mod common;
-use common::{Until, file, text, tiny};
+use crate::common::{Until, file, text, tiny};
 use gaitshift_analysis::Recording;
 use gaitshift_analysis::recording::{COLUMNS, is_extra};
 use gaitshift_body::{Body, BodyParameters};

@@ -2,8 +2,7 @@
 //! shows; phases of one's own bring their own course, and nothing of the base's is left in them; keys that went
 //! elsewhere are answered by where they went.
 
-mod common;
-use common::{Until, tiny, unevaluated};
+use crate::common::{Until, tiny, unevaluated};
 use gaitshift_experiment::{Experiment, Training};
 use gaitshift_sac::Agent;
 

@@ -2,8 +2,7 @@
 //! an uninterrupted run gives; no file that can be replaced is written in place; an edit of `config.toml` between two parts of a run is
 //! applied and told, or refused; a state of another version is refused; a folder may have any name.
 
-mod common;
-use common::{Until, file, text, tiny, unevaluated};
+use crate::common::{Until, file, text, tiny, unevaluated};
 use gaitshift_experiment::{
     Controller, Experiment, Judgement, Observer, Progress, RunReport, Training,
 };

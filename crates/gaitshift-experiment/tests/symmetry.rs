@@ -2,8 +2,7 @@
 //! against the mirrored policy's mean, weighted by `ω_s`; the rest of the reward is the same. With `"replay"` the controller
 //! of a mirrored state gives the mirrored action.
 
-mod common;
-use common::{Until, file, unevaluated};
+use crate::common::{Until, file, unevaluated};
 use gaitshift_experiment::{Controller, Symmetry, Training};
 use gaitshift_sac::Agent;
 use gaitshift_task::{

@@ -2,8 +2,7 @@
 //! resumed run equals an uninterrupted one, controller and logs, randomized episodes included; values are those of a
 //! command when held; a step ends in what the next one sees; a controller file needs nothing else and broken ones are refused; nothing overwrites an existing run.
 
-mod common;
-use common::{Until, file, text, tiny};
+use crate::common::{Until, file, text, tiny};
 use gaitshift_experiment::{Control, Controller, Deterministic, Evaluation, Experiment, Training};
 use gaitshift_sac::Agent;
 use gaitshift_task::{OBSERVATION_SIZE, Overrides};

@@ -1,8 +1,7 @@
 //! Contract: training can begin with a controller; while only the critics learn the controller stays as it is to the
 //! bit, and after that it moves; stopped and resumed in between, the bits are the same; one of other layers is refused.
 
-mod common;
-use common::{Until, file, unevaluated};
+use crate::common::{Until, file, unevaluated};
 use gaitshift_experiment::{Controller, Experiment, Symmetry, Training, WarmStart};
 use std::path::Path;
 

@@ -1,9 +1,8 @@
 //! The animation shows the asked time at the asked pace, moves what moves and leaves the rest alone
 //! (no flicker), and is small enough for a page.
 
-mod common;
-
-use common::keep;
+use crate::common;
+use crate::common::keep;
 use gaitshift_analysis::recording::{COLUMNS, Column, Recording, column};
 use gaitshift_figures::{AnimationOptions, FigureError, animate};
 

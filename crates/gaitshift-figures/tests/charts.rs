@@ -1,8 +1,7 @@
 //! Contract: charts and bars show every point and part that is given, tell series apart without colour, keep to their
 //! sheet, and refuse what cannot be drawn.
 
-mod common;
-
+use crate::common;
 use gaitshift_analysis::support::SupportPhase;
 use gaitshift_figures::{
     Bar, COLUMN_WIDTH, Chart, FigureError, Series, bars_figure, charts_figure, phase_between,

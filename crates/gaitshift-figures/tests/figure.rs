@@ -1,9 +1,7 @@
 //! A figure is written where and as its user asks, is the same on every machine (text included), and a
 //! wish that cannot be met is an error that says why.
 
-mod common;
-
-use common::{colour, pixels};
+use crate::common::{colour, pixels};
 use gaitshift_figures::{Figure, FigureError};
 
 fn square(content: &str) -> Figure {

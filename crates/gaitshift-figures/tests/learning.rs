@@ -1,8 +1,7 @@
 //! The figure of a training run shows every episode in the colour of its command, later over earlier.
 
-mod common;
-
-use common::{count, drawn_size, keep};
+use crate::common;
+use crate::common::{count, drawn_size, keep};
 use gaitshift_figures::{
     FigureError, LearningCurves, episode_returns_figure, learning_curves_figure,
 };

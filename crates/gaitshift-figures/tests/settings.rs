@@ -1,8 +1,6 @@
 //! The figure of settings shows every seed of every setting, and the interval of each; what cannot be drawn is named.
 
-mod common;
-
-use common::{count, drawn_size};
+use crate::common::{count, drawn_size};
 use gaitshift_figures::{FigureError, Setting, settings_figure};
 
 fn setting(label: &str, values: &[f64]) -> Setting {

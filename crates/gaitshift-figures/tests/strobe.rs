@@ -1,9 +1,8 @@
 //! The strobe picture shows the asked number of poses with the body's true geometry: soles that carry
 //! touch the drawn ground, springs and thighs move by `h`, `d` and `w` as the model says.
 
-mod common;
-
-use common::{count, drawn_size, keep, metadata};
+use crate::common;
+use crate::common::{count, drawn_size, keep, metadata};
 use gaitshift_analysis::recording::{COLUMNS, Column, Recording, RecordingMetadata, column};
 use gaitshift_body::{Body, BodyParameters, BodyState};
 use gaitshift_figures::{Figure, FigureError, stride_at, strobe, strobe_within};

@@ -1,9 +1,8 @@
 //! The sweep shows every quantity of every command that is defined, marks the paper's values, shows
 //! a fall as one, and joins commands of one gait only.
 
-mod common;
-
-use common::{count, drawn_size, keep};
+use crate::common;
+use crate::common::{count, drawn_size, keep};
 use gaitshift_analysis::{AnalysisOptions, GaitClass, summarise};
 use gaitshift_figures::{FigureError, SweepPoint, SweepSeries, sweep_figure};
 

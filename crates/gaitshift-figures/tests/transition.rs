@@ -1,9 +1,8 @@
 //! The figure of a gait change shows the support phases that the analysis finds, marks the ramp where
 //! it is, and draws whatever a recording may hold without panicking.
 
-mod common;
-
-use common::{colour, count, drawn_size, keep, phases_between, pixels};
+use crate::common;
+use crate::common::{colour, count, drawn_size, keep, phases_between, pixels};
 use gaitshift_analysis::recording::{COLUMNS, Column, Recording, column};
 use gaitshift_analysis::support::SupportPhase;
 use gaitshift_figures::{FigureError, FigureOptions, transition_figure};

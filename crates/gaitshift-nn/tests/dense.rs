@@ -6,11 +6,9 @@
 //! - A row's result has the same bits whatever rows are computed with it; gaps between rows are left alone.
 //! - NaN comes through the rectifier and is not hidden.
 
-mod products;
-
+use crate::products::{Kind, Problem, any_kind};
 use gaitshift_nn::dense::multiply;
 use gaitshift_nn::product::{Epilogue, Left, Product, padded, row_stride};
-use products::{Kind, Problem, any_kind};
 use proptest::prelude::*;
 
 proptest! {

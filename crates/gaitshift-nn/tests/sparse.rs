@@ -5,12 +5,10 @@
 //! - NaN is no zero.
 //! - A pattern of another matrix is refused, and so is one whose last reading failed.
 
-mod products;
-
+use crate::products::{Kind, Problem, any_kind};
 use gaitshift_nn::dense::multiply;
 use gaitshift_nn::product::{Epilogue, Left, Product};
 use gaitshift_nn::{Pattern, sparse};
-use products::{Kind, Problem, any_kind};
 use proptest::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -2,8 +2,7 @@
 //! none. Each claim is judged by the experiment that it is about, other methods stand beside it, and an experiment that was not
 //! given is not measured. What a claim says of a range of commands is judged within that range.
 
-mod common;
-use common::studies::{motion, study};
+use crate::common::studies::{motion, study};
 use gaitshift_analysis::GaitClass::{Fallen, Mixed, Running, Standing, Walking};
 use gaitshift_report::{
     Finding, Judged, NoiseTolerance, RecordedExperiment, Steady, Stretch, Study, Verdict,

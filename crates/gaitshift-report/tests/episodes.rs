@@ -1,7 +1,7 @@
 //! Contract: the episodes of a run are those of its log, while it is written too; a run without a log has none; a damaged log names
 //! the file and the line.
 
-mod common;
+use crate::common;
 use gaitshift_report::{Episodes, ReportError};
 
 #[test]

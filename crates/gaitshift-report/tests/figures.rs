@@ -1,9 +1,8 @@
 //! Contract: every figure stands beside the page as SVG, PNG, CSV and JSON, and on it; a run brings the returns of its episodes;
 //! figures mark falls, fit a journal's columns and are one series for each experiment; captions say what was measured.
 
-mod common;
-use common::studies::study;
-use common::{run, text, written, written_with};
+use crate::common::studies::study;
+use crate::common::{run, text, written, written_with};
 use gaitshift_report::{RecordedExperiment, Subject};
 use std::collections::BTreeMap;
 

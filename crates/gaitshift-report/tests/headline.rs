@@ -1,8 +1,7 @@
 //! Contract: the numbers beside those of people follow from the motions alone; what a study lacks has no number; of several seeds
 //! they have an interval.
 
-mod common;
-use common::studies::{motion, study};
+use crate::common::studies::{motion, study};
 use gaitshift_analysis::GaitClass::{Mixed, Running, Walking};
 use gaitshift_report::{HeadlineNumber, StartedMotion, Study, headline_numbers};
 

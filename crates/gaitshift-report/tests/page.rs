@@ -2,8 +2,7 @@
 //! contain; seeds of one experiment stand together with intervals and their single values, and the first has figures of its own.
 //! Every experiment is in one table of claims.
 
-mod common;
-use common::{text, written};
+use crate::common::{text, written};
 use gaitshift_report::Subject;
 
 #[test]

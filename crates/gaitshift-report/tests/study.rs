@@ -1,8 +1,7 @@
 //! Contract: a study has what its plan asks for: every command, both ways of the stairs, every start and phase, heights and levels
 //! until none is passed; a fall ends a stair, not the stairs. What was measured of a run is kept in its folder, and used again only for the same controller and plan.
 
-mod common;
-use common::{run, tiny};
+use crate::common::{run, tiny};
 use gaitshift_analysis::GaitClass::{Fallen, Running, Walking};
 use gaitshift_report::{Measured, Plan, ReportError, Study, Subject};
 

@@ -1,7 +1,7 @@
 //! Contract: a run is named after its experiment and seed, not after its folder; a controller without a run has none; what is not
 //! there is an error that names it.
 
-mod common;
+use crate::common;
 use gaitshift_report::Subject;
 use std::path::Path;
 

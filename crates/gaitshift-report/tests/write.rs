@@ -1,8 +1,7 @@
 //! Contract: the same subjects give the same bytes; the page comes first; numbers stand in `report.json` and `claims.csv`; what
 //! cannot be reported on is an error that says what to do.
 
-mod common;
-use common::{quiet, text, tiny, written, written_into};
+use crate::common::{quiet, text, tiny, written, written_into};
 use gaitshift_report::{Plan, ReportError, Subject, Work, write_report};
 
 #[test]

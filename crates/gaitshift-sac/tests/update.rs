@@ -8,9 +8,7 @@
 //! In f64 the difference stays below 1e-12 (relative to the largest element of a tensor); in f32, the type in
 //! use, below 2e-5.
 
-mod common;
-
-use common::replay;
+use crate::common::replay;
 
 #[test]
 fn plain_in_f64() {

@@ -4,10 +4,8 @@
 //! Messages are valid ones with some numbers and words put in the place of others. `BOLERO_RANDOM_ITERATIONS` says how many
 //! conversations are tried instead of the small number here.
 
-mod common;
-
+use crate::common::{Socket, serve};
 use bolero::TypeGenerator;
-use common::{Socket, serve};
 use std::time::Duration;
 
 const VALID: [&str; 19] = [

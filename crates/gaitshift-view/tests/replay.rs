@@ -1,9 +1,7 @@
 //! Contract: a recording becomes one page that needs nothing else, whatever its controller is called; what cannot be drawn
 //! is refused.
 
-mod common;
-
-use common::subject;
+use crate::common::subject;
 use gaitshift_view::{Stage, replay_html};
 
 fn recording(seconds: f64) -> gaitshift_analysis::Recording {

@@ -2,9 +2,7 @@
 //! profile, replays the motion to the last bit; the gait is the analysis' own; pushes, other bodies and falls act, and the
 //! history says when it alone no longer replays the motion; what cannot be is refused and changes nothing.
 
-mod common;
-
-use common::subject;
+use crate::common::subject;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::recording::{COLUMNS, Column, Recording};
 use gaitshift_experiment::{CommandProfile, Controller, Deterministic, Rollout};

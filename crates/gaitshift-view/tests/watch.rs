@@ -1,9 +1,7 @@
 //! Contract: a page that lags behind a motion of another program loses rows, but is told of the ground it goes on; one that
 //! is opened between two steps shows the body where it is.
 
-mod common;
-
-use common::{Socket, serve_show};
+use crate::common::{Socket, serve_show};
 use gaitshift_analysis::recording::{COLUMNS, RecordingMetadata, column};
 use gaitshift_body::BodyParameters;
 use gaitshift_view::{Show, Watched};

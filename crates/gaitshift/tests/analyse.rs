@@ -1,8 +1,7 @@
 //! Contract: `gaitshift analyse` says of a recording's file what `evaluate` and `transition` say of the motion
 //! itself, so that another simulator's recording is judged by the same rules.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 use serde_json::Value;
 
 #[test]

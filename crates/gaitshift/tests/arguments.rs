@@ -1,8 +1,7 @@
 //! The command line: its help teaches every option, and whatever does not make sense is refused before
 //! anything runs, with one error on standard error that names the option and says what is accepted.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 
 const COMMANDS: [&str; 8] = [
     "demo",

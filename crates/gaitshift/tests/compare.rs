@@ -1,7 +1,6 @@
 //! `gaitshift compare`: one table with names, the same figures as each by itself, the course of runs, bad input.
 
-mod common;
-use common::{Place, TINY};
+use crate::common::{Place, TINY};
 use serde_json::Value;
 
 fn rows(value: &Value) -> &Vec<Value> {

@@ -1,7 +1,6 @@
 //! `gaitshift completions` and `gaitshift manual`: every command is in them, as in `--help`.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 
 #[test]
 fn every_shell_completes_every_command() {

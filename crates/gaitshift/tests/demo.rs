@@ -1,7 +1,6 @@
 //! `gaitshift demo`: one command shows everything, whatever the controller can do.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 
 #[test]
 fn it_prints_the_table_and_writes_every_picture_it_names() {

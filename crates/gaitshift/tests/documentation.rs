@@ -1,8 +1,7 @@
 //! Contract: docs/deviations.md explains every key of an experiment (two keys were added without a line there), and the
 //! commands and experiments that README.md and docs/ show are ones that the program takes.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 use gaitshift_experiment::Experiment;
 use std::path::Path;
 use toml::{Table, Value};

@@ -1,8 +1,7 @@
 //! `gaitshift evaluate`: the JSON that other programs rely on, the ways to change a motion, the files
 //! written, and bad input. What the shipped controller achieves is not asked here.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 use gaitshift_analysis::recording::column;
 use gaitshift_analysis::{AnalysisOptions, Recording, summarise};
 use serde_json::{Value, json};

@@ -1,8 +1,8 @@
 //! Contract: `gaitshift export` writes body, controller and recording to a file or to standard output, the
 //! same bytes either way, and refuses what it cannot read with one error that names it.
 
-mod common;
-use common::Place;
+use crate::common;
+use crate::common::Place;
 use gaitshift_experiment::Controller;
 use gaitshift_task::Disturbance;
 use std::path::Path;

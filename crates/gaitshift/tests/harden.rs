@@ -1,7 +1,6 @@
 //! `gaitshift harden`: the JSON that other programs rely on, the files written, going on, and bad input.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 
 /// No round: the controller as it is. It withstands many of these pushes and falls from many.
 const SHORT: &str = "harden --controller robust --rounds 0 --impulse 24:44,-44:-24";

@@ -1,7 +1,6 @@
 //! Standard output belongs to results; a reader that stops reading is no error.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 use std::process::Stdio;
 
 #[test]

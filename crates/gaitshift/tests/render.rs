@@ -1,8 +1,7 @@
 //! `gaitshift render`: which pictures are drawn where, and bad input. What they show is tested with the
 //! figures themselves.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 
 fn place_with_recording() -> Place {
     let place = Place::new();

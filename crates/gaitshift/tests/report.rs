@@ -1,8 +1,7 @@
 //! Contract: `report` and `reproduce` refuse what they cannot use with one error, before they measure anything. The commands
 //! on the page give the page's numbers. What else they write is tested in gaitshift-report.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 use gaitshift_report::{Plan, Subject, Work, write_report};
 use serde_json::Value;
 

@@ -1,10 +1,9 @@
 //! Contract: the help of every command, typical errors, and what the shipped controllers do, are word for word what `snapshots/*.trycmd` shows, with the
 //! exit codes there. After a change that is meant, accept it and read the difference:
 //!
-//!     TRYCMD=overwrite cargo test -p gaitshift --test snapshots
+//!     TRYCMD=overwrite cargo test -p gaitshift snapshots
 
-mod common;
-use common::Place;
+use crate::common::Place;
 
 #[test]
 fn help_and_errors_are_as_recorded() {

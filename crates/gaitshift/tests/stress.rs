@@ -1,7 +1,6 @@
 //! `gaitshift stress`: the JSON that other programs rely on, the table, the files written, and bad input.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 
 const SHORT: &str = "stress --quick --omega-v 3 --seed 1";
 

@@ -1,8 +1,7 @@
 //! `gaitshift sweep` end to end on a tiny file: what it leaves behind, that it goes on where it was stopped, and
 //! bad input.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 
 const TINY: &str = r#"
 name = "tiny sweep"

@@ -1,8 +1,7 @@
 //! `gaitshift train` end to end on a tiny recipe: what a run leaves behind, that stopping and resuming
 //! changes nothing, that Ctrl-C loses nothing, and bad input.
 
-mod common;
-use common::{Place, TINY};
+use crate::common::{Place, TINY};
 
 fn place_with_recipe() -> Place {
     let place = Place::new();

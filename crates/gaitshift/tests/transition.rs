@@ -1,7 +1,6 @@
 //! `gaitshift transition`: the JSON that other programs rely on, ramps and profiles, the files written.
 
-mod common;
-use common::Place;
+use crate::common::Place;
 use gaitshift_analysis::Recording;
 use gaitshift_analysis::recording::column;
 

@@ -1,9 +1,8 @@
 //! Contract: `gaitshift view` prints where its page is, serves it on the loopback address alone, and refuses what it cannot
 //! show with one error.
 
-mod common;
-
-use common::Place;
+use crate::common;
+use crate::common::Place;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Stdio};
