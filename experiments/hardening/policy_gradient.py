@@ -241,7 +241,7 @@ class Actor(nn.Module):
     def save(self, path: Path, seed: int) -> None:
         """Writes a controller: both halves side by side."""
         description = json.loads(self.metadata["gaitshift"])
-        command = " ".join(["python experiments/hardening/policy_gradient.py", *sys.argv[1:]])
+        command = " ".join([f"python experiments/hardening/{Path(sys.argv[0]).name}", *sys.argv[1:]])
         description["provenance"] |= {"command": command, "seed": seed}
         first, second, output = self.layers
         units = first.bias.shape[0]

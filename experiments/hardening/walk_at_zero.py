@@ -1,10 +1,10 @@
 """Searches a walk at ω_v = 0 that bears stronger pushes, by what is added to a controller's commands.
 
 Added to the command of each leg, before the tanh, is a function of the angle between the legs, one while the leg swings
-forward and one while it goes back: 14 numbers, the same for both legs. CMA-ES (Hansen 2016) looks for those with the fewest
-falls under pushes forward and backward, from states of the walk itself that are drawn anew in each generation; a walk with
-too little double support, or faster than `--speed`, counts as worse. All of it becomes units of the controller's own
-network, which are silent at other commands.
+forward and one while it goes back, and a linear function of the observations: 14 and 13 numbers, the same for both legs.
+CMA-ES (Hansen 2016) looks for those with the fewest falls under pushes forward and backward, from states of the walk itself
+that are drawn anew in each generation; a walk with too little double support, or faster than `--speed`, counts as worse. All
+of it becomes units of the controller's own network, which are silent at other commands. What comes out can be shaped again.
 
 OUT gets a controller every five generations, of the mean of what CMA-ES would try next, log.csv with a row for each
 generation, and search.pickle, from which the same command goes on. Needs PyTorch, safetensors and cma beside the package;
@@ -38,11 +38,18 @@ import gaitshift
 from gaitshift.vector import PassiveBipedVectorEnv
 
 # Places among the observations.
-RIGHT_PHI, LEFT_PHI = 7, 9  # each leg's angular velocity stands behind its angle
+SPEED, RIGHT_PHI, LEFT_PHI = 0, 7, 9  # each leg's angular velocity stands behind its angle
+# The legs' angles among the columns of a state, and their rates.
+STATE = COORDINATES + VELOCITIES
+PHI_OF_STATE = [
+    (STATE.index(f"right_phi_{rest}"), STATE.index(f"left_phi_{rest}")) for rest in ("rad", "velocity_rad_per_s")
+]
 KNOTS_RAD = (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45)  # of the leg's angle less the other's; constant beyond
-NUMBERS = 2 * len(KNOTS_RAD)
+OBSERVED = 13  # all but the command
+NUMBERS = 2 * len(KNOTS_RAD) + OBSERVED
 UNITS = 16  # of each half of the network and layer, all but a few of them used
 CLOSES = 0.6  # per rad/s: how fast the function of a swinging leg ends as it goes back, and the reverse
+SLOWS = 5.0  # per m/s: how fast all of it ends beyond a speed
 ENDS, ENDS_WITHIN = 0.2, 20.0  # |ω_v| in s/m up to which it is added, and how fast it ends beyond, per s/m
 
 STARTS, LONG_S, SETTLED_S = 27, 8.0, 6.0  # undisturbed motions, how long, and from when on they are a walk
@@ -54,9 +61,10 @@ FELL, LACKING, LARGE = 3.0, 20.0, 0.002  # what falling undisturbed costs, too m
 
 
 class Shaped(Actor):
-    """A controller whose walk at 0 is shaped by values at the knots, those of a swinging leg first."""
+    """A controller whose walk at 0 is shaped by values at the knots, those of a swinging leg first, and a linear function of
+    the scaled observations."""
 
-    def __init__(self, path: Path, values: np.ndarray) -> None:
+    def __init__(self, path: Path, values: np.ndarray, slower_than: float = np.inf) -> None:
         super().__init__(path)
         before, self.before = self.layers, self.file
         units = before[0].bias.shape[0]
@@ -78,10 +86,13 @@ class Shaped(Actor):
         first.weight[back], first.weight[forward] = -faster, faster
         first.weight[above], first.weight[below] = command, -command
         first.bias[[above, below]] = -ENDS
+        quick = below + 1
+        if np.isfinite(slower_than):
+            first.weight[quick, SPEED], first.bias[quick] = 1 / self.scale[SPEED], -slower_than
         # What a function has of either sign is a unit's of its own, since a unit is never negative.
         for row, (at_knots, closed_by, sign) in enumerate(
             (half, gate, sign)
-            for half, gate in zip(np.split(np.asarray(values), 2), (back, forward))
+            for half, gate in zip(np.split(values[:-OBSERVED], 2), (back, forward))
             for sign in (1, -1)
         ):
             bends = np.diff(np.diff(at_knots) / np.diff(KNOTS_RAD), prepend=0.0, append=0.0)
@@ -89,8 +100,13 @@ class Shaped(Actor):
             second.weight[unit, hinges] = torch.tensor(sign * bends, dtype=torch.float32)
             second.bias[unit] = float(sign * at_knots[0])
             second.weight[unit, closed_by] = -CLOSES
-            second.weight[unit, [above, below]] = -ENDS_WITHIN
+            second.weight[unit, [above, below, quick]] = torch.tensor([-ENDS_WITHIN, -ENDS_WITHIN, -SLOWS])
             output.weight[0, unit] = 2.0 * sign  # of one half, which is half of the mean
+        for unit, sign in ((quick + 1, 1), (quick + 2, -1)):
+            first.weight[unit, :OBSERVED] = torch.tensor(sign * values[-OBSERVED:], dtype=torch.float32)
+            second.weight[unit, unit] = 1.0
+            second.weight[unit, [above, below, quick]] = torch.tensor([-ENDS_WITHIN, -ENDS_WITHIN, -SLOWS])
+            output.weight[0, unit] = 2.0 * sign
 
     def save(self, path: Path, seed: int) -> None:
         """Writes it as a controller, whose network is as wide as it has become."""
@@ -114,8 +130,12 @@ class Shaped(Actor):
 class Task:
     """What a candidate is judged by."""
 
-    def __init__(self, controller: Path, pushes: list[tuple[float, float]], speed: float) -> None:
-        self.controller, self.pushes, self.speed = controller, pushes, speed
+    def __init__(self, arguments: argparse.Namespace) -> None:
+        self.controller, self.pushes, self.speed = arguments.controller, arguments.pushes, arguments.speed
+        self.slower_than, self.closing = arguments.slower_than, arguments.closing
+
+    def shaped(self, values: np.ndarray) -> Shaped:
+        return Shaped(self.controller, values, self.slower_than)
 
     def walks(self, actor: Actor, seed: int) -> list[gaitshift.Recording]:
         """What it does from random starts when nothing disturbs it."""
@@ -124,6 +144,19 @@ class Task:
             actor.save(path, seed)
             controller = gaitshift.Controller.load(path)
         return [controller.record(0.0, LONG_S, seed=seed + start) for start in range(STARTS)]
+
+    def starts(self, motions: list[gaitshift.Recording], rng: np.random.Generator) -> np.ndarray:
+        """States of the motions, positions and velocities side by side."""
+        rows = [np.stack([motion[name] for name in STATE], 1)[-LAST:] for motion in motions]
+        anywhere = np.concatenate([states[begin::EVERY] for states, begin in zip(rows, rng.integers(EVERY, size=len(rows)))])
+        if self.closing is None:
+            return anywhere
+        states = np.concatenate(rows)
+        apart, opens = (states[:, right] - states[:, left] for right, left in PHI_OF_STATE)
+        least, most = self.closing
+        chosen = (apart * opens < 0) & (np.abs(apart) > least) & (np.abs(apart) < most)
+        there = states[rng.permutation(np.flatnonzero(chosen))[: len(anywhere)]]
+        return np.concatenate([anywhere, there])
 
     def falls(self, actor: Actor, starts: np.ndarray, forward_n: float) -> float:
         """Share of the starts from which it falls, pushed at once."""
@@ -145,16 +178,14 @@ class Task:
 
     def cost(self, values: np.ndarray, seed: int) -> dict[str, float]:
         """The cost of a candidate, and what it is made of."""
-        actor = Shaped(self.controller, values)
+        actor = self.shaped(values)
         motions = self.walks(actor, seed)
         summaries = [motion.summary(SETTLED_S) for motion in motions]
         fell = float(np.mean([summary["fell"] for summary in summaries]))
         if fell > 0:
             return {"cost": FELL + fell}
         mean = {name: float(np.mean([summary[name] for summary in summaries])) for name in MEASURED}
-        first = np.random.default_rng(seed).integers(EVERY, size=len(motions))
-        states = (np.stack([motion[name] for name in COORDINATES + VELOCITIES], 1) for motion in motions)
-        starts = np.concatenate([rows[-LAST:][begin::EVERY] for rows, begin in zip(states, first)])
+        starts = self.starts(motions, np.random.default_rng(seed))
         falls = {f"falls {forward_n:g} N": self.falls(actor, starts, forward_n) for forward_n, _ in self.pushes}
         cost = sum(weight * share for share, (_, weight) in zip(falls.values(), self.pushes))
         too_fast = max(0.0, mean["speed_m_per_s"] - self.speed)
@@ -167,7 +198,7 @@ def pushes_and_weights(text: str) -> list[tuple[float, float]]:
     return [(forward_n, weight) for forward_n, weight in pairs]
 
 
-def main() -> None:
+def parsed(words: list[str] | None = None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--controller", type=Path, required=True, help="the controller whose walk is shaped")
     parser.add_argument("--out", type=Path, required=True, help="folder for the controllers and log.csv")
@@ -179,12 +210,22 @@ def main() -> None:
         "--pushes", type=pushes_and_weights, metavar="N:WEIGHT,...", default="310:1,345:0.6,-320:0.8",
         help="forces for 0.1 s, and what a share of 1 that falls costs [default: %(default)s]",
     )
+    parser.add_argument(
+        "--slower-than", type=float, default=np.inf, help="add nothing at speeds beyond, in m/s, as after a push backward"
+    )
+    parser.add_argument(
+        "--closing", type=float, nargs=2, metavar=("LEAST", "MOST"),
+        help="push half of the time where the legs are so far apart, in rad, and come together",
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=2)
-    arguments = parser.parse_args()
+    return parser.parse_args(words)
 
+
+def main() -> None:
+    arguments = parsed()
     torch.set_num_threads(1)
-    task = Task(arguments.controller, arguments.pushes, arguments.speed)
+    task = Task(arguments)
     arguments.out.mkdir(parents=True, exist_ok=True)
     state, log = arguments.out / "search.pickle", arguments.out / "log.csv"
     if state.exists():
@@ -201,16 +242,17 @@ def main() -> None:
             search.tell(candidates, [each["cost"] for each in measured[:-1]])
             state.write_bytes(pickle.dumps(search))
             mean = {name: round(float(value), 4) for name, value in measured[-1].items()}
+            begins = not log.exists()
             with log.open("a", newline="") as file:
                 rows = csv.DictWriter(file, ["generation", "elapsed_s", "deviation", *columns])
-                if generation == 1:
+                if begins:
                     rows.writeheader()
                 elapsed_s, deviation = round(time.monotonic() - began), round(search.sigma, 4)
                 rows.writerow({"generation": generation, "elapsed_s": elapsed_s, "deviation": deviation} | mean)
             told = ", ".join(f"{name} {value:g}" for name, value in mean.items())
             print(f"generation {generation} of {arguments.generations}: {told}", flush=True)
             if generation % 5 == 0 or generation == arguments.generations:
-                Shaped(arguments.controller, search.mean).save(arguments.out / f"{generation}.safetensors", arguments.seed)
+                task.shaped(search.mean).save(arguments.out / f"{generation}.safetensors", arguments.seed)
 
 
 if __name__ == "__main__":

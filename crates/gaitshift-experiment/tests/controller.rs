@@ -15,14 +15,10 @@ fn what_comes_with_the_program_is_what_training_or_hardening_wrote() {
         (
             "robust",
             "robust",
-            34,
-            "python experiments/hardening/policy_gradient.py --controller \
-             controllers/robust/raised-bodies-with-hard-pushes.safetensors --hard-pushes --raised-like \
-             controllers/robust/on-raised-mass.safetensors controllers/robust/on-raised-mass-near-zero.safetensors \
-             --raised-m 0.07 0.102 --raised-near-zero 0.5 --at-zero 0.4 --near-zero 100 --keep-walk 1000 \
-             --learning-rate 3e-4 --free-start-s 2 --imitation-steps 200 --from \
-             controllers/robust/imitating-at-length.safetensors --seed 34 --after-pushes 300 --elsewhere 300 \
-             --iterations 24 --out H2",
+            1,
+            "python experiments/hardening/walk_at_zero.py --controller controllers/robust/walking-faster.safetensors \
+             --out W6 --slower-than 0.3 --closing 0.05 0.4 --candidates 14 --deviation 0.1 --generations 60 \
+             --pushes=-210:1,-260:1,-305:1",
         ),
     ];
     assert!(Controller::names().eq(commands.map(|(name, ..)| name)));

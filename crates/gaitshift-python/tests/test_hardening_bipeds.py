@@ -10,7 +10,8 @@ from conftest import REPOSITORY, experiment_script
 import gaitshift
 
 ROBUST = REPOSITORY / "crates/gaitshift-experiment/controllers/robust.safetensors"
-# One that stays as it is: how far two integrators differ after a foot has left the ground depends on the motion.
+# One that stays as it is: what some motions withstand, and how far two integrators differ after a foot has left the ground,
+# depends on the controller.
 WALKER = REPOSITORY / "controllers/robust/by-policy-gradients-on-hard-pushes.safetensors"
 
 
@@ -139,10 +140,10 @@ def hard_cases(monkeypatch):
 
 @pytest.fixture
 def hard_pushes(hard_cases):
-    actor = experiment_script("hardening/policy_gradient.py").Actor(ROBUST)
+    actor = experiment_script("hardening/policy_gradient.py").Actor(WALKER)
     # A push that some motions withstand, and one that none does.
     cases = (hard_cases.Case(0.0, 320.0), hard_cases.Case(3.0, 800.0))
-    bipeds = hard_cases.HardCases(40, ROBUST, np.random.default_rng(1), actor, cases)
+    bipeds = hard_cases.HardCases(40, WALKER, np.random.default_rng(1), actor, cases)
     bipeds.begun = bipeds.reset(options={}, seed=1)[0]
     return hard_cases, bipeds, actor
 
@@ -153,7 +154,7 @@ def test_the_pushes_that_it_falls_from_are_found(hard_pushes, capsys):
     assert 0 < some < 24 and all_of_them == 24
     # One by one, in an environment of their own.
     push = {"forward_n": 320.0, "start_s": 0.0, "duration_s": 0.1}
-    alone = gaitshift.PassiveBipedEnv(controller=str(ROBUST), disturbance={"pushes": [push]})
+    alone = gaitshift.PassiveBipedEnv(controller=str(WALKER), disturbance={"pushes": [push]})
     for start in bipeds.starts[0]:
         observation, _ = alone.reset(options={"state": (start[:11], start[11:]), "omega_v": 0.0})
         fell = False

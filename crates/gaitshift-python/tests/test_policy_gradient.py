@@ -48,7 +48,7 @@ def test_other_networks_are_refused(script, tmp_path):
     with pytest.raises(SystemExit, match="no such file"):
         script.Actor(tmp_path / "none.safetensors")
     tensors = load_file(ROBUST)
-    tensors["layers.0.bias"][-1] += 1
+    tensors["layers.0.bias"][0] += 1
     path = tmp_path / "other.safetensors"
     save_file(tensors, path, script.Actor(ROBUST).metadata)
     with pytest.raises(SystemExit, match="mirror image"):

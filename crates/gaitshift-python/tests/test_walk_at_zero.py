@@ -1,0 +1,113 @@
+"""Contract: what experiments/hardening/walk_at_zero.py adds to a controller's commands is the function that it says, in each
+leg its mirror image, at ω_v up to 0.2 and speeds up to `--slower-than` alone; the file that it writes acts so, and can be
+shaped again. States to push are of the window that is asked for. A search that goes on equals one that was not stopped."""
+
+import sys
+
+import numpy as np
+import pytest
+from conftest import REPOSITORY, experiment_script
+
+import gaitshift
+
+ROBUST = REPOSITORY / "crates/gaitshift-experiment/controllers/robust.safetensors"
+RIGHT, LEFT = slice(7, 9), slice(9, 11)  # angle and rate of each leg
+
+
+@pytest.fixture(scope="module")
+def script():
+    return experiment_script("hardening/walk_at_zero.py")
+
+
+@pytest.fixture
+def values(script):
+    return np.random.default_rng(1).normal(scale=0.2, size=script.NUMBERS)
+
+
+@pytest.fixture
+def observations():
+    drawn = np.random.default_rng(2).normal(size=(400, 14))
+    drawn[:, RIGHT], drawn[:, LEFT] = 0.3 * drawn[:, RIGHT], 0.3 * drawn[:, LEFT]
+    drawn[:, 8] += np.where(drawn[:, 8] > drawn[:, 10], 3, -3)  # no leg just turns round, where both functions are partly on
+    drawn[:, 13] = 0
+    return drawn
+
+
+def before_tanh(actor, observations):
+    return np.arctanh(actor.act(observations).astype(float).clip(-0.999, 0.999))
+
+
+def mirrored(observations):
+    return observations[:, [0, 1, 2, 5, 6, 3, 4, 9, 10, 7, 8, 12, 11, 13]]
+
+
+def added_to_right_leg(script, values, observations, scale):
+    angle, rate = observations[:, 7] - observations[:, 9], observations[:, 8] - observations[:, 10]
+    forward, back = (np.interp(angle, script.KNOTS_RAD, part) for part in np.split(values[: -script.OBSERVED], 2))
+    return np.where(rate > 0, forward, back) + (observations * scale)[:, : script.OBSERVED] @ values[-script.OBSERVED :]
+
+
+def test_what_is_added_is_a_function_of_the_legs_and_a_linear_one(script, values, observations):
+    shaped, actor = script.Shaped(ROBUST, values), script.Actor(ROBUST)
+    scale = actor.scale.numpy()
+    added = np.stack([added_to_right_leg(script, values, rows, scale) for rows in (observations, mirrored(observations))], 1)
+    expected = np.tanh(before_tanh(actor, observations) + added)
+    seen = np.abs(actor.act(observations)) < 0.99  # a tanh near 1 does not tell what went into it
+    assert seen.sum() > 50
+    assert shaped.act(observations)[seen] == pytest.approx(expected[seen], abs=1e-3)
+
+
+def test_nothing_is_added_at_other_commands_and_beyond_a_speed(script, values, observations):
+    shaped, actor = script.Shaped(ROBUST, values, slower_than=0.3), script.Actor(ROBUST)
+    slow, quick = observations.copy(), observations.copy()
+    slow[:, 0], quick[:, 0] = 0.1, 1.5
+    assert np.abs(shaped.act(slow) - actor.act(slow)).max() > 0.1
+    assert np.abs(shaped.act(quick) - actor.act(quick)).max() < 1e-4
+    for omega_v in (-0.5, 0.5, 3.0):
+        slow[:, 13] = omega_v
+        assert np.abs(shaped.act(slow) - actor.act(slow)).max() < 1e-4
+
+
+def test_the_file_acts_so_and_can_be_shaped_again(script, values, observations, tmp_path):
+    path = tmp_path / "one.safetensors"
+    shaped = script.Shaped(ROBUST, values)
+    shaped.save(path, seed=4)
+    controller = gaitshift.Controller.load(path)
+    assert controller.provenance["seed"] == 4
+    assert np.array([controller(row) for row in observations]) == pytest.approx(shaped.act(observations), abs=1e-4)
+    again = script.Shaped(path, np.zeros(script.NUMBERS))
+    assert again.act(observations) == pytest.approx(shaped.act(observations), abs=1e-4)
+
+
+@pytest.fixture
+def short(script, monkeypatch):
+    monkeypatch.setattr(script, "STARTS", 3)
+    monkeypatch.setattr(script, "LONG_S", 4.0)
+    monkeypatch.setattr(script, "SETTLED_S", 2.0)
+    monkeypatch.setattr(script, "UP", 20)
+
+
+def test_states_are_pushed_where_the_legs_come_together(script, short, monkeypatch, tmp_path):
+    arguments = script.parsed(["--controller", str(ROBUST), "--out", str(tmp_path), "--closing", "0.1", "0.3"])
+    task = script.Task(arguments)
+    starts = task.starts(task.walks(script.Actor(ROBUST), 5), np.random.default_rng(1))
+    there = starts[len(starts) // 2 :]
+    apart, opens = there[:, 3] - there[:, 7], there[:, 14] - there[:, 18]
+    assert len(there) > 5
+    assert ((np.abs(apart) > 0.1) & (np.abs(apart) < 0.3) & (apart * opens < 0)).all()
+
+
+def test_a_search_that_goes_on_equals_one_that_was_not_stopped(script, short, monkeypatch, tmp_path):
+    def searched(out, *generations):
+        for count in generations:
+            flags = ["--controller", str(ROBUST), "--out", str(out), "--generations", str(count), "--candidates", "4"]
+            monkeypatch.setattr(sys, "argv", ["walk_at_zero.py", *flags])
+            script.main()
+        table = np.genfromtxt(out / "log.csv", delimiter=",", names=True)
+        return table["cost"], gaitshift.Controller.load(out / "3.safetensors")
+
+    (cost, whole), (cost_in_parts, parts) = searched(tmp_path / "a", 3), searched(tmp_path / "b", 1, 3)
+    assert len(cost) == 3 and cost.tolist() == cost_in_parts.tolist()
+    row = np.linspace(-0.3, 0.3, 14)
+    row[13] = 0
+    assert whole(row).tolist() == parts(row).tolist()
