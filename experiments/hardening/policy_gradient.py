@@ -410,10 +410,9 @@ class Learner:
         gaits: float = 0.0,
         raised_like: Sequence[Path] = (),
         free_start_s: float = 0.0,
-        fastest: float = np.inf,
     ) -> None:
         self.actor, self.before, self.at_speed, self.bipeds, self.gaits = actor, before, at_speed, bipeds, gaits
-        self.free_start, self.fastest = free_start_s / CONTROL_PERIOD_S, fastest
+        self.free_start = free_start_s / CONTROL_PERIOD_S
         self.remembered: deque[tuple[Tensor, Tensor, Tensor]] = deque(maxlen=REMEMBERED)
         self.forward = torch.tensor([part.forward for part in bipeds.parts])
         self.group = torch.from_numpy(bipeds.group)
@@ -459,9 +458,7 @@ class Learner:
         """What is imitated: the controller as it was, at speed after pushes forward the other one, and on bodies with the mass
         far above the axis those that know them."""
         other = self.forward[group] & (seen[:, OMEGA_V] > AT_SPEED * self.actor.scale[OMEGA_V])
-        asked = seen.clone()
-        asked[:, OMEGA_V].clamp_(max=self.fastest * float(self.actor.scale[OMEGA_V]))
-        imitated = self.before(asked)
+        imitated = self.before(seen)
         imitated[other] = self.at_speed(seen[other])
         if self.teachers:
             near_zero = seen[:, OMEGA_V].abs() < NEAR_ZERO * self.actor.scale[OMEGA_V]
@@ -546,11 +543,6 @@ class Learner:
         adam.step()
 
 
-def pushed_at(text: str) -> Case:
-    omega_v, forward_n = (float(part) for part in text.split(":"))
-    return Case(omega_v, forward_n)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--controller", type=Path, required=True, help="the controller to begin with, whose motion is kept")
@@ -568,10 +560,7 @@ def main() -> None:
     parser.add_argument("--at-speed-like", type=Path, help=f"controller to imitate there at ω_v > {AT_SPEED:g}")
     parser.add_argument("--gaits", type=float, default=0.0, help="cost of what a step lacks of its gait, 0.4 for example")
     parser.add_argument("--at-zero", type=float, default=0.65, help="share of the strongly disturbed at or near ω_v = 0")
-    parser.add_argument(
-        "--hard-pushes", type=pushed_at, nargs="*", metavar="ω_v:N",
-        help="half of the bipeds are pushed where it falls [default: those of hard_cases.py]",
-    )
+    parser.add_argument("--hard-pushes", action="store_true", help="half of the bipeds are pushed where it falls")
     parser.add_argument("--hard-steps", action="store_true", help="with --hard-pushes: some of them come to steps up instead")
     parser.add_argument("--after-pushes", type=float, default=HARDLY, help="the same after hard cases, pushes backward or down")
     parser.add_argument("--hard-near-zero", type=float, help="the same in hard cases near 0 [default: as --after-pushes]")
@@ -583,9 +572,6 @@ def main() -> None:
         "--raised-m", type=float, nargs=2, default=(0.06, 0.1), metavar=("LEAST", "GREATEST"), help="these heights, in m"
     )
     parser.add_argument("--imitation-steps", type=int, default=0, help="that follow each update, from the last rollouts")
-    parser.add_argument(
-        "--fastest", type=float, default=np.inf, metavar="ω_v", help="at commands beyond, imitate what it does at this one"
-    )
     parser.add_argument("--free-start-s", type=float, default=0.0, help="hardly held from random starts for so long")
     parser.add_argument("--raised-near-zero", type=float, default=RAISED_WEIGHT, help="weight of NEAR_ZERO")
     parser.add_argument("--anew", action="store_true", help="with --gaits: hardly imitate it at ω_v from 0.6 to 2.8")
@@ -593,7 +579,7 @@ def main() -> None:
     if arguments.anew and not arguments.gaits > 0:
         raise SystemExit("--anew lets go of what the controller did, so it needs gaits to learn instead: give --gaits 0.4 too")
 
-    if arguments.hard_steps and arguments.hard_pushes is None:
+    if arguments.hard_steps and not arguments.hard_pushes:
         raise SystemExit("--hard-steps takes a share of the bipeds of --hard-pushes: give that too")
 
     torch.set_num_threads(1)
@@ -605,18 +591,17 @@ def main() -> None:
     )
     raised_m = arguments.raised_m if arguments.raised_like else ()
     extras = Extras(
-        arguments.gaits > 0, arguments.anew, arguments.hard_pushes is not None, raised_m, arguments.raised_near_zero
+        arguments.gaits > 0, arguments.anew, arguments.hard_pushes, raised_m, arguments.raised_near_zero
     )
     parts = groups(held, extras)
-    pushes = tuple(arguments.hard_pushes or PUSHES)
-    cases = pushes + STEPS if arguments.hard_steps else pushes
+    cases = PUSHES + STEPS if arguments.hard_steps else PUSHES
     begin = arguments.begin or arguments.controller
     bipeds = Bipeds(arguments.controller, parts, arguments.bipeds, arguments.at_zero, rng, arguments.anew, begin, cases)
     actor, before = Actor(begin), Actor(arguments.controller).requires_grad_(False)
     at_speed = Actor(arguments.at_speed_like or arguments.controller).requires_grad_(False)
     learner = Learner(
         actor, before, at_speed, bipeds, arguments.learning_rate, arguments.noise, arguments.gaits,
-        arguments.raised_like, arguments.free_start_s, arguments.fastest,
+        arguments.raised_like, arguments.free_start_s,
     )
     seconds_of = CONTROL_PERIODS * CONTROL_PERIOD_S * np.bincount(bipeds.group)  # a group's in an iteration
     arguments.out.mkdir(parents=True, exist_ok=True)
