@@ -111,3 +111,16 @@ def test_a_search_that_goes_on_equals_one_that_was_not_stopped(script, short, mo
     row = np.linspace(-0.3, 0.3, 14)
     row[13] = 0
     assert whole(row).tolist() == parts(row).tolist()
+
+
+def test_a_controller_that_cannot_be_shaped_is_refused_at_once(script, monkeypatch, tmp_path):
+    # What went wrong: it was found out in a process of the pool, which ended without a word, and the search waited for it.
+    monkeypatch.setattr(sys, "argv", ["walk_at_zero.py", "--controller", str(tmp_path / "none"), "--out", str(tmp_path)])
+    with pytest.raises(SystemExit, match="no such file"):
+        script.main()
+
+
+def test_what_does_not_walk_costs_more_than_any_walk(script, short, tmp_path):
+    task = script.Task(script.parsed(["--controller", str(ROBUST), "--out", str(tmp_path)]))
+    limp = np.full(script.NUMBERS, -5.0)
+    assert task.cost(limp, 1)["cost"] > script.NO_WALK > task.cost(np.zeros(script.NUMBERS), 1)["cost"]
