@@ -6,16 +6,16 @@ CMA-ES (Hansen 2016) looks for those with the fewest falls under pushes forward 
 that are drawn anew in each generation; a walk with too little double support, or faster than `--speed`, counts as worse. All
 of it becomes units of the controller's own network, which are silent at other commands. What comes out can be shaped again.
 
-OUT gets a controller every five generations, of the mean of what CMA-ES would try next, log.csv with a row for each
-generation, and search.pickle, from which the same command goes on. Needs PyTorch, safetensors and cma beside the package;
-a generation takes about 25 s of two cores:
+OUT gets a controller every five generations, of the mean that CMA-ES has come to; log.csv, in which a row is of the mean
+that the generation begins with; and search.pickle, from which the same command goes on. Needs PyTorch, safetensors and cma
+beside the package; a generation takes about 25 s of two cores:
 
     pip install torch safetensors cma
     robust=crates/gaitshift-experiment/controllers/robust.safetensors
     python experiments/hardening/walk_at_zero.py --controller $robust --out out/walk
     python experiments/hardening/falls.py robust out/walk/40.safetensors
 
-After a push backward the hip is slower than it ever is in the walk, so that what is added below a speed alone leaves the walk
+After a push backward the hip is slower than it ever is in the walk, so that what fades from a speed on leaves the walk nearly
 as it is:
 
     python experiments/hardening/walk_at_zero.py --controller out/walk/40.safetensors --out out/slow \
@@ -55,7 +55,7 @@ OBSERVED = 13  # all but the command
 NUMBERS = 2 * len(KNOTS_RAD) + OBSERVED
 UNITS = 16  # of each half of the network and layer, all but a few of them used
 CLOSES = 0.6  # per rad/s: how fast the function of a swinging leg ends as it goes back, and the reverse
-SLOWS = 5.0  # per m/s: how fast all of it ends beyond a speed
+SLOWS = 5.0  # per m/s: how fast all of it fades beyond a speed
 ENDS, ENDS_WITHIN = 0.2, 20.0  # |ω_v| in s/m up to which it is added, and how fast it ends beyond, per s/m
 
 STARTS, LONG_S, SETTLED_S = 27, 8.0, 6.0  # undisturbed motions, how long, and from when on they are a walk
@@ -63,7 +63,7 @@ LAST, EVERY = 200, 33  # control periods at their end, and between two states th
 UP = 260  # control periods that it has to stay up from the push on
 MEASURED = ("speed_m_per_s", "double_support", "flight")
 LEAST_DOUBLE_SUPPORT = 0.08  # share of the time, as flight
-NO_WALK, LACKING, LARGE = 3.0, 20.0, 0.002  # what falling undisturbed costs, too much speed and so on, and numbers far from 0
+NO_WALK, LACKING, LARGE = 30.0, 20.0, 0.002  # what it costs not to walk, too much speed and so on, and numbers far from 0
 
 
 class Shaped(Actor):
@@ -187,7 +187,7 @@ class Task:
         actor = self.shaped(values)
         motions = self.walks(actor, seed)
         summaries = [motion.summary(SETTLED_S) for motion in motions]
-        no_walk = [summary["fell"] or any(summary[name] is None for name in MEASURED) for summary in summaries]
+        no_walk = [summary["fell"] or summary["gait"] != "walking" for summary in summaries]
         if any(no_walk):
             return {"cost": NO_WALK + float(np.mean(no_walk))}
         mean = {name: float(np.mean([summary[name] for summary in summaries])) for name in MEASURED}
@@ -214,18 +214,22 @@ def parsed(words: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--speed", type=float, default=0.7, help="greatest mean speed, in m/s")
     parser.add_argument(
         "--pushes", type=pushes_and_weights, metavar="N:WEIGHT,...", default="310:1,345:0.6,-320:0.8",
-        help="forces for 0.1 s, and what a share of 1 that falls costs [default: %(default)s]",
+        help="forces for 0.1 s, forward if positive, and what a share of 1 that falls costs; write --pushes=-210:1 where the "
+        "first is negative [default: %(default)s]",
     )
     parser.add_argument(
-        "--slower-than", type=float, default=np.inf, help="add nothing at speeds beyond, in m/s, as after a push backward"
+        "--slower-than", type=float, default=np.inf, help="what is added fades at speeds beyond, in m/s"
     )
     parser.add_argument(
         "--closing", type=float, nargs=2, metavar=("LEAST", "MOST"),
-        help="push half of the time where the legs are so far apart, in rad, and come together",
+        help="half of the states that are pushed have legs so far apart, in rad, that come together",
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=2)
-    return parser.parse_args(words)
+    arguments = parser.parse_args(words)
+    if arguments.closing is not None and not 0 <= arguments.closing[0] < arguments.closing[1]:
+        parser.error("--closing: the first angle must be less than the second, and neither negative")
+    return arguments
 
 
 def main() -> None:
@@ -235,8 +239,12 @@ def main() -> None:
     task.shaped(np.zeros(NUMBERS))  # says here what is wrong with the controller, since a process of the pool would be lost
     arguments.out.mkdir(parents=True, exist_ok=True)
     state, log = arguments.out / "search.pickle", arguments.out / "log.csv"
+    asked = {name: value for name, value in vars(arguments).items() if name not in ("out", "generations", "processes")}
     if state.exists():
-        search = pickle.loads(state.read_bytes())
+        asked_before, search = pickle.loads(state.read_bytes())
+        differences = ", ".join(f"--{name.replace('_', '-')}" for name in asked if asked[name] != asked_before[name])
+        if differences:
+            raise SystemExit(f"{arguments.out}: a search with another {differences}; go on with that, or give another --out")
     else:
         options = {"popsize": arguments.candidates, "seed": arguments.seed, "verbose": -9}
         search = cma.CMAEvolutionStrategy(np.zeros(NUMBERS), arguments.deviation, options)
@@ -247,7 +255,6 @@ def main() -> None:
             candidates, seed = search.ask(), 1_000_000 * arguments.seed + 1000 * generation
             measured = pool.starmap(task.cost, [(values, seed) for values in [*candidates, search.mean]], chunksize=1)
             search.tell(candidates, [each["cost"] for each in measured[:-1]])
-            state.write_bytes(pickle.dumps(search))
             mean = {name: round(float(value), 4) for name, value in measured[-1].items()}
             begins = not log.exists()
             with log.open("a", newline="") as file:
@@ -260,6 +267,7 @@ def main() -> None:
             print(f"generation {generation} of {arguments.generations}: {told}", flush=True)
             if generation % 5 == 0 or generation == arguments.generations:
                 task.shaped(search.mean).save(arguments.out / f"{generation}.safetensors", arguments.seed)
+            state.write_bytes(pickle.dumps((asked, search)))  # last, so that what is not written yet is done again
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 //! Contract: the help of every command, typical errors, and what the shipped controllers do, are word for word what `snapshots/*.trycmd` shows, with the
 //! exit codes there. After a change that is meant, accept it and read the difference:
 //!
-//!     TRYCMD=overwrite cargo test -p gaitshift snapshots
+//!     TRYCMD=overwrite cargo test -p gaitshift snapshots::
 
 use crate::common::Place;
 
