@@ -78,8 +78,8 @@ class Shaped(Actor):
         self.layers = nn.ModuleList([nn.Linear(14, wide), nn.Linear(wide, wide), nn.Linear(wide, 2)]).requires_grad_(False)
         first, second, output = self.layers
         for layer, old in zip(self.layers, before):
-            layer.weight.zero_()[: old.weight.shape[0], : old.weight.shape[1]] = old.weight
-            layer.bias.zero_()[: old.bias.shape[0]] = old.bias
+            layer.weight.zero_()[: old.weight.shape[0], : old.weight.shape[1]] = old.weight.detach()
+            layer.bias.zero_()[: old.bias.shape[0]] = old.bias.detach()
         apart, faster, command = torch.zeros(3, 14)
         for row, behind in ((apart, 0), (faster, 1)):
             row[RIGHT_PHI + behind] = 1 / self.scale[RIGHT_PHI + behind]
@@ -96,23 +96,20 @@ class Shaped(Actor):
         if np.isfinite(slower_than):
             first.weight[quick, SPEED], first.bias[quick] = 1 / self.scale[SPEED], -slower_than
         # What a function has of either sign is a unit's of its own, since a unit is never negative.
-        for row, (at_knots, closed_by, sign) in enumerate(
-            (half, gate, sign)
-            for half, gate in zip(np.split(values[:-OBSERVED], 2), (back, forward))
-            for sign in (1, -1)
-        ):
+        swinging, going_back = np.split(values[:-OBSERVED], 2)
+        for pair, at_knots, closed_by in ((units, swinging, back), (units + 2, going_back, forward)):
             bends = np.diff(np.diff(at_knots) / np.diff(KNOTS_RAD), prepend=0.0, append=0.0)
-            unit = units + row
-            second.weight[unit, hinges] = torch.tensor(sign * bends, dtype=torch.float32)
-            second.bias[unit] = float(sign * at_knots[0])
-            second.weight[unit, closed_by] = -CLOSES
-            second.weight[unit, [above, below, quick]] = torch.tensor([-ENDS_WITHIN, -ENDS_WITHIN, -SLOWS])
-            output.weight[0, unit] = 2.0 * sign  # of one half, which is half of the mean
-        for unit, sign in ((quick + 1, 1), (quick + 2, -1)):
+            for unit, sign in ((pair, 1), (pair + 1, -1)):
+                second.weight[unit, hinges] = torch.tensor(sign * bends, dtype=torch.float32)
+                second.bias[unit] = float(sign * at_knots[0])
+                second.weight[unit, closed_by] = -CLOSES
+        linear = quick + 1
+        for unit, sign in ((linear, 1), (linear + 1, -1)):
             first.weight[unit, :OBSERVED] = torch.tensor(sign * values[-OBSERVED:], dtype=torch.float32)
             second.weight[unit, unit] = 1.0
-            second.weight[unit, [above, below, quick]] = torch.tensor([-ENDS_WITHIN, -ENDS_WITHIN, -SLOWS])
-            output.weight[0, unit] = 2.0 * sign
+        for pair in (units, units + 2, linear):
+            second.weight[pair : pair + 2, [above, below, quick]] = torch.tensor([-ENDS_WITHIN, -ENDS_WITHIN, -SLOWS])
+            output.weight[0, pair : pair + 2] = torch.tensor([2.0, -2.0])  # of one half, which is half of the mean
 
     def save(self, path: Path, seed: int) -> None:
         """Writes it as a controller, whose network is as wide as it has become."""
