@@ -70,6 +70,32 @@ class Learning(Protocol):
         """Writes it as a controller."""
 
 
+def environment(case: Case, count: int, controller: Path) -> PassiveBipedVectorEnv:
+    return PassiveBipedVectorEnv(count, controller=controller, autoreset_mode="Disabled", disturbance=case.disturbance)
+
+
+def falls(actor: Learning, starts: np.ndarray, case: Case, controller: Path, periods: int = TRIED_FOR) -> np.ndarray:
+    """From which of the starts it falls, or gets stuck; a row has positions and velocities."""
+    bipeds = environment(case, len(starts), controller)
+    options = {"state": (starts[:, :11], starts[:, 11:]), "omega_v": np.full(len(starts), case.omega_v)}
+    observations, _ = bipeds.reset(seed=0, options=options)
+    fell = np.zeros(len(starts), bool)
+    actions = np.zeros((len(starts), 2), np.float32)
+    speed = observations[:, 0].copy()
+    for _ in range(periods):
+        actions[~fell] = actor.act(observations[~fell])
+        observations, _, terminated, _, _ = bipeds.step(actions)
+        fell |= terminated
+        if case.step_up_m:
+            speed = forgetful(speed, observations)
+            fell |= speed < STUCK_M_PER_S
+        if terminated.any():
+            bipeds.reset(options={**options, "reset_mask": terminated.copy()})
+        if fell.all():
+            break
+    return fell
+
+
 class HardCases:
     """As `PassiveBipedVectorEnv` with `autoreset_mode="SameStep"`, without rewards; each push, or step, has as many bipeds."""
 
@@ -79,17 +105,12 @@ class HardCases:
         self.controller, self.rng, self.actor, self.cases = controller, rng, actor, cases
         self.each = max(1, count // len(cases))
         self.num_envs = self.each * len(cases)
-        self.environments = [self.environment(case, self.each) for case in cases]
+        self.environments = [environment(case, self.each, controller) for case in cases]
         self.omega_v = np.repeat([case.omega_v for case in cases], self.each)
         self.age = np.zeros(self.num_envs, int)
         self.speed = np.ones(self.num_envs)  # m/s, the mean of about a second
         self.starts: list[np.ndarray] = []  # of each case: positions and velocities side by side
         self.hard: list[np.ndarray] = []  # those from which it falls
-
-    def environment(self, case: Case, count: int) -> PassiveBipedVectorEnv:
-        return PassiveBipedVectorEnv(
-            count, controller=self.controller, autoreset_mode="Disabled", disturbance=case.disturbance
-        )
 
     def set_omega_v(self, omega_v: np.ndarray) -> None:
         """Each keeps its own."""
@@ -108,7 +129,7 @@ class HardCases:
             if case.step_up_m:
                 starts[:, 0] = STEP_AT_M - self.rng.uniform(*AHEAD_M, len(starts))
             self.starts.append(starts)
-            self.hard.append(starts[self.falls(actor, starts, case)])
+            self.hard.append(starts[falls(actor, starts, case, self.controller)])
         told = (f"{case}: {len(hard)} of {len(starts)}" for case, starts, hard in zip(self.cases, self.starts, self.hard))
         print(f"falls under {', '.join(told)}", flush=True)
 
@@ -122,23 +143,6 @@ class HardCases:
             states[omega_v] = np.concatenate([rows[-LAST::EVERY] for rows in columns])
         return states
 
-    def falls(self, actor: Learning, starts: np.ndarray, case: Case) -> np.ndarray:
-        """From which of the starts it falls, or gets stuck."""
-        environment = self.environment(case, len(starts))
-        options = {"state": (starts[:, :11], starts[:, 11:]), "omega_v": np.full(len(starts), case.omega_v)}
-        observations, _ = environment.reset(seed=0, options=options)
-        fell = np.zeros(len(starts), bool)
-        speed = observations[:, 0].copy()
-        for _ in range(TRIED_FOR):
-            observations, _, terminated, _, _ = environment.step(actor.act(observations))
-            fell |= terminated
-            if case.step_up_m:
-                speed = forgetful(speed, observations)
-                fell |= speed < STUCK_M_PER_S
-            if terminated.any():
-                environment.reset(options={**options, "reset_mask": terminated.copy()})
-        return fell
-
     def drawn(self, index: int) -> dict[str, Any]:
         """Where episodes of a case begin, one for each of its bipeds."""
         starts, hard = self.starts[index], self.hard[index]
@@ -151,9 +155,9 @@ class HardCases:
     def reset(self, *, options: dict[str, Any], seed: int) -> tuple[np.ndarray, dict[str, Any]]:
         self.look(self.actor)
         observations = []
-        for index, environment in enumerate(self.environments):
+        for index, bipeds in enumerate(self.environments):
             begins = self.drawn(index)
-            observations.append(environment.reset(seed=int(self.rng.integers(2**31)), options=begins)[0])
+            observations.append(bipeds.reset(seed=int(self.rng.integers(2**31)), options=begins)[0])
         self.age[:] = self.rng.integers(0, EPISODE // 2, self.num_envs)
         return np.concatenate(observations), {}
 
@@ -163,10 +167,10 @@ class HardCases:
         info: dict[str, Any] = {name: np.zeros(self.num_envs) for name in forces}
         info["final_obs"] = np.full(self.num_envs, None, object)
         self.age += 1
-        for index, environment in enumerate(self.environments):
+        for index, bipeds in enumerate(self.environments):
             begin = index * self.each
             own = slice(begin, begin + self.each)
-            observations, _, terminated, truncated, said = environment.step(actions[own])
+            observations, _, terminated, truncated, said = bipeds.step(actions[own])
             if self.cases[index].step_up_m:
                 self.speed[own] = forgetful(self.speed[own], observations)
                 terminated = terminated | (self.speed[own] < STUCK_M_PER_S)
@@ -178,7 +182,7 @@ class HardCases:
                 observations = observations.copy()
                 for biped in np.flatnonzero(over):
                     info["final_obs"][begin + biped] = observations[biped].copy()
-                begun, _ = environment.reset(options={**self.drawn(index), "reset_mask": over})
+                begun, _ = bipeds.reset(options={**self.drawn(index), "reset_mask": over})
                 observations[over] = begun[over]
                 self.age[own][over] = 0
                 self.speed[own][over] = begun[over, 0]

@@ -203,7 +203,11 @@ class Actor(nn.Module):
         with safe_open(path, "pt") as file:
             self.metadata = file.metadata()
             self.file = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118, it is no dict
-        self.scale = torch.tensor(json.loads(self.metadata["gaitshift"])["observation_scale"])
+        description = json.loads(self.metadata["gaitshift"])
+        refused = f"{path}: no mean of a network of two layers and its mirror image, so it cannot be trained on"
+        if len(description["network"]["hidden"]) != 2:
+            raise SystemExit(refused)
+        self.scale = torch.tensor(description["observation_scale"])
         units = self.file["layers.0.bias"].shape[0] // 2
         self.layers = nn.ModuleList([nn.Linear(14, units), nn.Linear(units, units), nn.Linear(units, 2)])
         first, second, output = self.layers
@@ -216,7 +220,7 @@ class Actor(nn.Module):
             looked_at = torch.randn(64, 14)
             error = (self(looked_at) - torch.tanh(self.written(looked_at))).abs().max()
         if error > 1e-4:
-            raise SystemExit(f"{path}: no mean of a network of two layers and its mirror image, so it cannot be trained on")
+            raise SystemExit(refused)
 
     def half(self, observations: Tensor) -> Tensor:
         first, second, output = self.layers

@@ -15,11 +15,12 @@ beside the package; a generation takes about 25 s of two cores:
     python experiments/hardening/walk_at_zero.py --controller $robust --out out/walk
     python experiments/hardening/falls.py robust out/walk/40.safetensors
 
-After a push backward the hip is slower than it ever is in the walk, so that what fades from a speed on leaves the walk nearly
-as it is:
+After a push backward, and at a step, the hip is slower than it ever is in the walk, so that what fades from a speed on leaves
+the walk as it is. Then falls are few, and with `--hard` those states are looked for first from which it falls now, or comes to
+a stand before a step:
 
-    python experiments/hardening/walk_at_zero.py --controller out/walk/40.safetensors --out out/slow \
-        --slower-than 0.3 --closing 0.05 0.4 --deviation 0.1 --pushes=-210:1,-260:1,-305:1
+    python experiments/hardening/walk_at_zero.py --controller out/walk/40.safetensors --out out/slow --slower-than 0.3 \
+        --hard 3000 --deviation 0.1 --pushes=-200:1,-250:1,-300:1 --steps 0.02:1,0.03:1
 """
 
 from __future__ import annotations
@@ -36,22 +37,17 @@ from pathlib import Path
 import cma
 import numpy as np
 import torch
-from hard_cases import COORDINATES, VELOCITIES, Case
+from hard_cases import COORDINATES, STEP_AT_M, VELOCITIES, Case, falls
 from policy_gradient import OMEGA_V, Actor
 from torch import nn
 
 import gaitshift
-from gaitshift.vector import PassiveBipedVectorEnv
 
 # Places among the observations.
 SPEED, RIGHT_PHI, LEFT_PHI = 0, 7, 9  # each leg's angular velocity stands behind its angle
-# The legs' angles among the columns of a state, and their rates.
-STATE = COORDINATES + VELOCITIES
-PHI_OF_STATE = [
-    (STATE.index(f"right_phi_{rest}"), STATE.index(f"left_phi_{rest}")) for rest in ("rad", "velocity_rad_per_s")
-]
 KNOTS_RAD = (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45)  # of the leg's angle less the other's; constant beyond
 OBSERVED = 13  # all but the command
+STATE = COORDINATES + VELOCITIES
 NUMBERS = 2 * len(KNOTS_RAD) + OBSERVED
 UNITS = 16  # of each half of the network and layer, all but a few of them used
 CLOSES = 0.6  # per rad/s: how fast the function of a swinging leg ends as it goes back, and the reverse
@@ -60,7 +56,9 @@ ENDS, ENDS_WITHIN = 0.2, 20.0  # |ω_v| in s/m up to which it is added, and how 
 
 STARTS, LONG_S, SETTLED_S = 27, 8.0, 6.0  # undisturbed motions, how long, and from when on they are a walk
 LAST, EVERY = 200, 33  # control periods at their end, and between two states that are pushed
-UP = 260  # control periods that it has to stay up from the push on
+UP, OVER = 260, 400  # control periods that it has to stay up from the push on, and has to get over a step
+AHEAD_M = (0.45, 0.96)  # how far before a step's face the hip is at first, over a whole step of the walk
+HARD, OTHERS = 40, 250  # states, of those with `--hard` from which it fell at first and of others
 MEASURED = ("speed_m_per_s", "double_support", "flight")
 LEAST_DOUBLE_SUPPORT = 0.08  # share of the time, as flight
 NO_WALK, LACKING, LARGE = 30.0, 20.0, 0.002  # what it costs not to walk, too much speed and so on, and numbers far from 0
@@ -134,50 +132,53 @@ class Task:
     """What a candidate is judged by."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:
-        self.controller, self.pushes, self.speed = arguments.controller, arguments.pushes, arguments.speed
-        self.slower_than, self.closing = arguments.slower_than, arguments.closing
+        self.controller, self.speed, self.slower_than = arguments.controller, arguments.speed, arguments.slower_than
+        self.cases = [(Case(0.0, forward_n), weight) for forward_n, weight in arguments.pushes]
+        self.cases += [(Case(0.0, step_up_m=up_m), weight) for up_m, weight in arguments.steps]
+        # With `--hard`, of each case: states from which it fell at first, and others.
+        self.found: list[tuple[np.ndarray, np.ndarray]] = []
 
     def shaped(self, values: np.ndarray) -> Shaped:
         return Shaped(self.controller, values, self.slower_than)
 
-    def walks(self, actor: Actor, seed: int) -> list[gaitshift.Recording]:
+    def walks(self, actor: Actor, seed: int, starts: int = STARTS) -> list[gaitshift.Recording]:
         """What it does from random starts when nothing disturbs it."""
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "now.safetensors"
             actor.save(path, seed)
             controller = gaitshift.Controller.load(path)
-        return [controller.record(0.0, LONG_S, seed=seed + start) for start in range(STARTS)]
+        return [controller.record(0.0, LONG_S, seed=seed + start) for start in range(starts)]
 
-    def starts(self, motions: list[gaitshift.Recording], rng: np.random.Generator) -> np.ndarray:
+    def starts(self, motions: list[gaitshift.Recording], rng: np.random.Generator, every: int = EVERY) -> np.ndarray:
         """States of the motions, positions and velocities side by side."""
         rows = [np.stack([motion[name] for name in STATE], 1)[-LAST:] for motion in motions]
-        anywhere = np.concatenate([states[begin::EVERY] for states, begin in zip(rows, rng.integers(EVERY, size=len(rows)))])
-        if self.closing is None:
-            return anywhere
-        states = np.concatenate(rows)
-        apart, opens = (states[:, right] - states[:, left] for right, left in PHI_OF_STATE)
-        least, most = self.closing
-        chosen = (apart * opens < 0) & (np.abs(apart) > least) & (np.abs(apart) < most)
-        there = states[rng.permutation(np.flatnonzero(chosen))[: len(anywhere)]]
-        return np.concatenate([anywhere, there])
+        return np.concatenate([states[begin::every] for states, begin in zip(rows, rng.integers(every, size=len(rows)))])
 
-    def falls(self, actor: Actor, starts: np.ndarray, forward_n: float) -> float:
-        """Share of the starts from which it falls, pushed at once."""
-        count = len(starts)
-        environment = PassiveBipedVectorEnv(
-            count, 0.0, controller=self.controller, autoreset_mode="Disabled", disturbance=Case(0.0, forward_n).disturbance
-        )
-        state = (starts[:, :11], starts[:, 11:])
-        observations, _ = environment.reset(seed=0, options={"state": state})
-        fell = np.zeros(count, bool)
-        actions = np.zeros((count, 2), np.float32)
-        for _ in range(UP):
-            actions[~fell] = actor.act(observations[~fell])
-            observations, _, terminated, _, _ = environment.step(actions)
-            fell |= terminated
-            if terminated.any():
-                environment.reset(options={"state": state, "reset_mask": terminated.copy()})
-        return float(fell.mean())
+    def find(self, case: Case, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+        """Of so many states of its walk those from which the controller falls now, or comes to a stand, and all others."""
+        rng, actor, every = np.random.default_rng(seed), Actor(self.controller), 5
+        starts = self.starts(self.walks(actor, seed, count * every // LAST), rng, every)
+        if case.step_up_m:
+            starts[:, 0] = STEP_AT_M - rng.uniform(*AHEAD_M, len(starts))
+        fell = self.fell(actor, starts, case)
+        return starts[fell], starts[~fell]
+
+    def fell(self, actor: Actor, starts: np.ndarray, case: Case) -> np.ndarray:
+        return falls(actor, starts, case, self.controller, OVER if case.step_up_m else UP)
+
+    def share(self, actor: Actor, index: int, starts: np.ndarray, rng: np.random.Generator) -> float:
+        """Share of the states from which it falls in a case."""
+        case, _ = self.cases[index]
+        if not self.found:
+            if case.step_up_m:
+                starts = starts.copy()
+                starts[:, 0] = STEP_AT_M - rng.uniform(*AHEAD_M, len(starts))
+            return float(self.fell(actor, starts, case).mean())
+        groups = self.found[index]
+        drawn = [rows[rng.permutation(len(rows))[:most]] for rows, most in zip(groups, (HARD, OTHERS))]
+        fell = self.fell(actor, np.concatenate(drawn), case)
+        shares = [part.mean() if len(part) else 0.0 for part in np.split(fell, [len(drawn[0])])]
+        return float(np.average(shares, weights=[len(rows) for rows in groups]))
 
     def cost(self, values: np.ndarray, seed: int) -> dict[str, float]:
         """The cost of a candidate, and what it is made of."""
@@ -188,17 +189,18 @@ class Task:
         if any(no_walk):
             return {"cost": NO_WALK + float(np.mean(no_walk))}
         mean = {name: float(np.mean([summary[name] for summary in summaries])) for name in MEASURED}
-        starts = self.starts(motions, np.random.default_rng(seed))
-        falls = {f"falls {forward_n:g} N": self.falls(actor, starts, forward_n) for forward_n, _ in self.pushes}
-        cost = sum(weight * share for share, (_, weight) in zip(falls.values(), self.pushes))
+        rng = np.random.default_rng(seed)
+        starts = self.starts(motions, rng)
+        shares = {f"falls under {case}": self.share(actor, index, starts, rng) for index, (case, _) in enumerate(self.cases)}
+        cost = sum(weight * share for share, (_, weight) in zip(shares.values(), self.cases))
         too_fast = max(0.0, mean["speed_m_per_s"] - self.speed)
         lack = too_fast + max(0.0, LEAST_DOUBLE_SUPPORT - mean["double_support"]) + mean["flight"]
-        return {"cost": cost + LACKING * lack + LARGE * float(np.square(values).sum())} | mean | falls
+        return {"cost": cost + LACKING * lack + LARGE * float(np.square(values).sum())} | mean | shares
 
 
-def pushes_and_weights(text: str) -> list[tuple[float, float]]:
+def with_weights(text: str) -> list[tuple[float, float]]:
     pairs = [[float(part) for part in pair.split(":")] for pair in text.split(",")]
-    return [(forward_n, weight) for forward_n, weight in pairs]
+    return [(size, weight) for size, weight in pairs]
 
 
 def parsed(words: list[str] | None = None) -> argparse.Namespace:
@@ -207,25 +209,29 @@ def parsed(words: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--out", type=Path, required=True, help="folder for the controllers and log.csv")
     parser.add_argument("--generations", type=int, default=40)
     parser.add_argument("--candidates", type=int, default=12, help="in each of them")
+    parser.add_argument("--begin-with", type=Path, help="folder of a search for the same controller, to begin with its numbers")
     parser.add_argument("--deviation", type=float, default=0.06, help="of the numbers that are tried at first")
     parser.add_argument("--speed", type=float, default=0.7, help="greatest mean speed, in m/s")
     parser.add_argument(
-        "--pushes", type=pushes_and_weights, metavar="N:WEIGHT,...", default="310:1,345:0.6,-320:0.8",
+        "--pushes", type=with_weights, metavar="N:WEIGHT,...", default="310:1,345:0.6,-320:0.8",
         help="forces for 0.1 s, forward if positive, and what a share of 1 that falls costs; write --pushes=-210:1 where the "
         "first is negative [default: %(default)s]",
+    )
+    parser.add_argument(
+        "--steps", type=with_weights, metavar="M:WEIGHT,...", default=[], help="the same for steps up, of such heights"
     )
     parser.add_argument(
         "--slower-than", type=float, default=np.inf, help="what is added fades at speeds beyond, in m/s"
     )
     parser.add_argument(
-        "--closing", type=float, nargs=2, metavar=("LEAST", "MOST"),
-        help="half of the states that are pushed have legs so far apart, in rad, that come together",
+        "--hard", type=int, default=0, metavar="STATES",
+        help="estimate falls from states of the walk as it is, of which so many are tried first; needs --slower-than",
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=2)
     arguments = parser.parse_args(words)
-    if arguments.closing is not None and not 0 <= arguments.closing[0] < arguments.closing[1]:
-        parser.error("--closing: the first angle must be less than the second, and neither negative")
+    if arguments.hard and arguments.slower_than == np.inf:
+        parser.error("--hard: without --slower-than the walk itself changes, and its states with it")
     return arguments
 
 
@@ -238,15 +244,23 @@ def main() -> None:
     state, log = arguments.out / "search.pickle", arguments.out / "log.csv"
     asked = {name: value for name, value in vars(arguments).items() if name not in ("out", "generations", "processes")}
     if state.exists():
-        asked_before, search = pickle.loads(state.read_bytes())
+        asked_before, search, task.found = pickle.loads(state.read_bytes())
         differences = ", ".join(f"--{name.replace('_', '-')}" for name in asked if asked[name] != asked_before[name])
         if differences:
             raise SystemExit(f"{arguments.out}: a search with another {differences}; go on with that, or give another --out")
     else:
         options = {"popsize": arguments.candidates, "seed": arguments.seed, "verbose": -9}
-        search = cma.CMAEvolutionStrategy(np.zeros(NUMBERS), arguments.deviation, options)
-    columns = ["cost", *MEASURED, *(f"falls {forward_n:g} N" for forward_n, _ in arguments.pushes)]
+        begin = np.zeros(NUMBERS)
+        if arguments.begin_with:
+            begin = pickle.loads((arguments.begin_with / "search.pickle").read_bytes())[1].mean
+        search = cma.CMAEvolutionStrategy(begin, arguments.deviation, options)
+    columns = ["cost", *MEASURED, *(f"falls under {case}" for case, _ in task.cases)]
     with multiprocessing.Pool(arguments.processes) as pool:
+        if arguments.hard and not task.found:
+            looked_for = [(case, arguments.hard, arguments.seed) for case, _ in task.cases]
+            task.found = pool.starmap(task.find, looked_for, chunksize=1)
+            for (case, _), (fell, others) in zip(task.cases, task.found):
+                print(f"falls at first, {case}: {len(fell)} of {len(fell) + len(others)}", flush=True)
         for generation in range(search.countiter + 1, arguments.generations + 1):
             began = time.monotonic()
             candidates, seed = search.ask(), 1_000_000 * arguments.seed + 1000 * generation
@@ -264,7 +278,7 @@ def main() -> None:
             print(f"generation {generation} of {arguments.generations}: {told}", flush=True)
             if generation % 5 == 0 or generation == arguments.generations:
                 task.shaped(search.mean).save(arguments.out / f"{generation}.safetensors", arguments.seed)
-            state.write_bytes(pickle.dumps((asked, search)))  # last, so that what is not written yet is done again
+            state.write_bytes(pickle.dumps((asked, search, task.found)))  # last, so that what is not written yet is done again
 
 
 if __name__ == "__main__":

@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[3]
+# A controller that stays as it is, a mean of a network of two layers and its mirror image: what some motions withstand, and how
+# far two integrators differ after a foot has left the ground, depends on the controller.
+WALKER = REPOSITORY / "controllers/robust/by-policy-gradients-on-hard-pushes.safetensors"
 
 
 def experiment_script(name):

@@ -5,14 +5,9 @@ pushed as their episodes begin, or come to a step, most of them where the contro
 
 import numpy as np
 import pytest
-from conftest import REPOSITORY, experiment_script
+from conftest import WALKER, experiment_script
 
 import gaitshift
-
-ROBUST = REPOSITORY / "crates/gaitshift-experiment/controllers/robust.safetensors"
-# One that stays as it is: what some motions withstand, and how far two integrators differ after a foot has left the ground,
-# depends on the controller.
-WALKER = REPOSITORY / "controllers/robust/by-policy-gradients-on-hard-pushes.safetensors"
 
 
 @pytest.fixture(scope="module")
@@ -76,9 +71,9 @@ def mujoco_bipeds():
 
 
 def test_bipeds_in_mujoco_are_observed_as_ours(mujoco_bipeds):
-    bipeds = mujoco_bipeds.MujocoBipeds(2, ROBUST, np.random.default_rng(1))
+    bipeds = mujoco_bipeds.MujocoBipeds(2, WALKER, np.random.default_rng(1))
     observations, _ = bipeds.reset(seed=3, options={"omega_v": np.array([0.0, 3.0])})
-    ours = gaitshift.PassiveBipedEnv(controller=str(ROBUST))
+    ours = gaitshift.PassiveBipedEnv(controller=str(WALKER))
     for row, position, velocity, omega_v in zip(observations, bipeds.positions, bipeds.velocities, (0.0, 3.0)):
         expected, _ = ours.reset(options={"state": (position, velocity), "omega_v": omega_v})
         assert row == pytest.approx(expected)
@@ -111,7 +106,7 @@ def test_bipeds_in_mujoco_move_as_those_of_the_transfer(mujoco_bipeds, monkeypat
 
 
 def test_bipeds_in_mujoco_fall_and_begin_anew(mujoco_bipeds):
-    bipeds = mujoco_bipeds.MujocoBipeds(3, ROBUST, np.random.default_rng(1))
+    bipeds = mujoco_bipeds.MujocoBipeds(3, WALKER, np.random.default_rng(1))
     bipeds.reset(seed=3, options={"omega_v": np.zeros(3)})
     bipeds.age[:] = 0
     bipeds.age[2] = mujoco_bipeds.EPISODE - 1
@@ -206,10 +201,10 @@ def test_a_step_is_hard_where_it_brings_the_body_down_or_to_rest(hard_cases, cap
 
 def test_a_body_that_stands_before_a_step_is_stuck(hard_cases, monkeypatch):
     """Faster than it ever is, so that each motion counts as stuck, which none does in front of no step."""
-    actor = experiment_script("hardening/policy_gradient.py").Actor(ROBUST)
+    actor = experiment_script("hardening/policy_gradient.py").Actor(WALKER)
     monkeypatch.setattr(hard_cases, "STUCK_M_PER_S", 100.0)
     cases = (hard_cases.Case(0.0, 1.0), hard_cases.Case(0.0, step_up_m=0.001))
-    bipeds = hard_cases.HardCases(4, ROBUST, np.random.default_rng(1), actor, cases)
+    bipeds = hard_cases.HardCases(4, WALKER, np.random.default_rng(1), actor, cases)
     observations, _ = bipeds.reset(options={}, seed=1)
     assert [len(hard) for hard in bipeds.hard] == [0, 24]
     _, _, terminated, cut_off, info = bipeds.step(actor.act(observations))

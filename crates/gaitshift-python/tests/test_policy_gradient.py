@@ -12,12 +12,10 @@ import sys
 import numpy as np
 import pytest
 import torch
-from conftest import REPOSITORY, experiment_script
+from conftest import WALKER, experiment_script
 from safetensors.torch import load_file, save_file
 
 import gaitshift
-
-ROBUST = REPOSITORY / "crates/gaitshift-experiment/controllers/robust.safetensors"
 
 
 @pytest.fixture(scope="module")
@@ -29,16 +27,16 @@ def script():
 def learner(script):
     """Of a biped in each group."""
     torch.manual_seed(1)
-    bipeds = script.Bipeds(ROBUST, script.groups(script.Held(1.0, 1.0, 1.0)), 7, 0.5, np.random.default_rng(1))
-    before, at_speed = (script.Actor(ROBUST).requires_grad_(False) for _ in range(2))
+    bipeds = script.Bipeds(WALKER, script.groups(script.Held(1.0, 1.0, 1.0)), 7, 0.5, np.random.default_rng(1))
+    before, at_speed = (script.Actor(WALKER).requires_grad_(False) for _ in range(2))
     at_speed.layers[-1].bias[0] += 1
-    return script.Learner(script.Actor(ROBUST), before, at_speed, bipeds, 1e-4, 0.15)
+    return script.Learner(script.Actor(WALKER), before, at_speed, bipeds, 1e-4, 0.15)
 
 
 def test_what_is_written_is_what_it_began_with(script, tmp_path):
     path = tmp_path / "one.safetensors"
-    script.Actor(ROBUST).save(path, seed=4)
-    before, after = load_file(ROBUST), load_file(path)
+    script.Actor(WALKER).save(path, seed=4)
+    before, after = load_file(WALKER), load_file(path)
     assert before.keys() == after.keys()
     assert all(torch.equal(before[name], after[name]) for name in before)
     assert gaitshift.Controller.load(path).provenance["seed"] == 4
@@ -47,10 +45,10 @@ def test_what_is_written_is_what_it_began_with(script, tmp_path):
 def test_other_networks_are_refused(script, tmp_path):
     with pytest.raises(SystemExit, match="no such file"):
         script.Actor(tmp_path / "none.safetensors")
-    tensors = load_file(ROBUST)
+    tensors = load_file(WALKER)
     tensors["layers.0.bias"][0] += 1
     path = tmp_path / "other.safetensors"
-    save_file(tensors, path, script.Actor(ROBUST).metadata)
+    save_file(tensors, path, script.Actor(WALKER).metadata)
     with pytest.raises(SystemExit, match="mirror image"):
         script.Actor(path)
 
@@ -110,8 +108,8 @@ def test_what_did_better_becomes_likelier(script, learner, keep, moves):
 def test_with_gaits_steps_cost_and_the_motion_between_is_free(script):
     torch.manual_seed(1)
     parts = script.groups(script.Held(6.0, 7.0, 8.0), script.Extras(gaits=True, anew=True))
-    bipeds = script.Bipeds(ROBUST, parts, 12, 0.5, np.random.default_rng(1), anew=True)
-    actors = [script.Actor(ROBUST) for _ in range(3)]
+    bipeds = script.Bipeds(WALKER, parts, 12, 0.5, np.random.default_rng(1), anew=True)
+    actors = [script.Actor(WALKER) for _ in range(3)]
     done = script.Learner(*actors, bipeds, 1e-4, 0.02, gaits=0.5).rollout()
     assert np.array_equal(done.rewards, -done.fell - np.float32(0.5) * done.lack)
     costing = np.array([parts[group].gait for group in bipeds.group])
@@ -125,17 +123,17 @@ def test_with_gaits_steps_cost_and_the_motion_between_is_free(script):
 
 
 def test_letting_go_needs_gaits_to_learn(script, tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, "argv", f"policy_gradient.py --controller {ROBUST} --out {tmp_path} --anew".split())
+    monkeypatch.setattr(sys, "argv", f"policy_gradient.py --controller {WALKER} --out {tmp_path} --anew".split())
     with pytest.raises(SystemExit, match="give --gaits"):
         script.main()
 
 
 def test_a_run_writes_controllers_and_its_course(script, tmp_path, monkeypatch, program):
-    arguments = f"--controller {ROBUST} --out {tmp_path / 'pg'} --iterations 8 --bipeds 14"
+    arguments = f"--controller {WALKER} --out {tmp_path / 'pg'} --iterations 8 --bipeds 14"
     monkeypatch.setattr(sys, "argv", ["policy_gradient.py", *arguments.split()])
     script.main()
     written = tmp_path / "pg" / "8.safetensors"
-    assert not torch.equal(load_file(written)["layers.0.weight"], load_file(ROBUST)["layers.0.weight"])
+    assert not torch.equal(load_file(written)["layers.0.weight"], load_file(WALKER)["layers.0.weight"])
     with (tmp_path / "pg" / "log.csv").open() as log:
         rows = list(csv.DictReader(log))
     assert [row["iteration"] for row in rows] == [str(k) for k in range(1, 9)]
@@ -146,14 +144,14 @@ def test_a_run_writes_controllers_and_its_course(script, tmp_path, monkeypatch, 
 
 def test_far_above_the_axis_two_others_are_imitated(script, tmp_path):
     for name, bias in (("beyond", 1.0), ("near-zero", -1.0)):
-        teacher = script.Actor(ROBUST)
+        teacher = script.Actor(WALKER)
         with torch.no_grad():
             teacher.layers[-1].bias += bias
         teacher.save(tmp_path / name, seed=1)
     parts = script.groups(script.Held(1.0, 1.0, 1.0), script.Extras(raised_m=(0.06, 0.1)))
     assert [part.name for part in parts if part.taught] == ["far raised"]
-    bipeds = script.Bipeds(ROBUST, parts, 7, 0.5, np.random.default_rng(1))
-    actors = [script.Actor(ROBUST).requires_grad_(False) for _ in range(3)]
+    bipeds = script.Bipeds(WALKER, parts, 7, 0.5, np.random.default_rng(1))
+    actors = [script.Actor(WALKER).requires_grad_(False) for _ in range(3)]
     paths = (tmp_path / "beyond", tmp_path / "near-zero")
     learner = script.Learner(*actors, bipeds, 1e-4, 0.15, raised_like=paths)
     groups = torch.tensor([0, len(parts) - 1]).repeat_interleave(3)
@@ -168,8 +166,8 @@ def test_far_above_the_axis_two_others_are_imitated(script, tmp_path):
 
 def test_a_random_start_is_free_for_as_long_as_is_said_but_where_others_are_imitated(script):
     parts = script.groups(script.Held(6.0, 6.0, 6.0, 6.0), script.Extras(hard=True, raised_m=(0.06, 0.1)))
-    bipeds = script.Bipeds(ROBUST, parts, 14, 0.5, np.random.default_rng(1))
-    actors = [script.Actor(ROBUST).requires_grad_(False) for _ in range(3)]
+    bipeds = script.Bipeds(WALKER, parts, 14, 0.5, np.random.default_rng(1))
+    actors = [script.Actor(WALKER).requires_grad_(False) for _ in range(3)]
     learner = script.Learner(*actors, bipeds, 1e-4, 0.15, free_start_s=0.5)
     keep = torch.full((bipeds.count,), 6.0)
     held = learner.held(learner.rollout(), keep).reshape(script.CONTROL_PERIODS, bipeds.count)
@@ -216,7 +214,7 @@ def test_near_zero_the_walk_raised_bodies_and_hard_cases_have_weights_of_their_o
 
 
 def test_hard_steps_need_the_bipeds_of_hard_pushes(script, tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, "argv", f"policy_gradient.py --controller {ROBUST} --out {tmp_path} --hard-steps".split())
+    monkeypatch.setattr(sys, "argv", f"policy_gradient.py --controller {WALKER} --out {tmp_path} --hard-steps".split())
     with pytest.raises(SystemExit, match="--hard-pushes"):
         script.main()
 
@@ -225,8 +223,8 @@ def test_hard_steps_need_the_bipeds_of_hard_pushes(script, tmp_path, monkeypatch
 def test_episodes_do_not_end_all_at_once(script, spread, least, most):
     """Nothing but the time limit of 10 s ends an undisturbed one; a third is left together."""
     part = script.groups(script.Held(1.0, 1.0, 1.0))[0]
-    bipeds = script.Bipeds(ROBUST, [script.replace(part, share=1.0)], 60, 0.5, np.random.default_rng(1))
-    actor, ends = script.Actor(ROBUST), []
+    bipeds = script.Bipeds(WALKER, [script.replace(part, share=1.0)], 60, 0.5, np.random.default_rng(1))
+    actor, ends = script.Actor(WALKER), []
     for iteration in range(8):
         if spread and iteration < script.SPREAD:
             bipeds.spread()

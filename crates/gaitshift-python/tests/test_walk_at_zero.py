@@ -1,6 +1,7 @@
 """Contract: what experiments/hardening/walk_at_zero.py adds to a controller's commands is the function that it says, in each
 leg its mirror image, at ω_v up to 0.2 and speeds up to `--slower-than` alone; the file that it writes acts so, and can be
-shaped again. States to push are of the window that is asked for. A search that goes on equals one that was not stopped."""
+shaped again. Falls are counted, of hard states and others so that they stand for all. A search that goes on equals one that
+was not stopped."""
 
 import sys
 
@@ -10,7 +11,7 @@ from conftest import REPOSITORY, experiment_script
 
 import gaitshift
 
-ROBUST = REPOSITORY / "crates/gaitshift-experiment/controllers/robust.safetensors"
+WALKER = REPOSITORY / "controllers/robust/walking-faster.safetensors"  # it walks at 0 from all starts
 RIGHT, LEFT = slice(7, 9), slice(9, 11)  # angle and rate of each leg
 
 
@@ -48,7 +49,7 @@ def added_to_right_leg(script, values, observations, scale):
 
 
 def test_what_is_added_is_a_function_of_the_legs_and_a_linear_one(script, values, observations):
-    shaped, actor = script.Shaped(ROBUST, values), script.Actor(ROBUST)
+    shaped, actor = script.Shaped(WALKER, values), script.Actor(WALKER)
     scale = actor.scale.numpy()
     added = np.stack([added_to_right_leg(script, values, rows, scale) for rows in (observations, mirrored(observations))], 1)
     expected = np.tanh(before_tanh(actor, observations) + added)
@@ -58,7 +59,7 @@ def test_what_is_added_is_a_function_of_the_legs_and_a_linear_one(script, values
 
 
 def test_nothing_is_added_at_other_commands_and_beyond_a_speed(script, values, observations):
-    shaped, actor = script.Shaped(ROBUST, values, slower_than=0.3), script.Actor(ROBUST)
+    shaped, actor = script.Shaped(WALKER, values, slower_than=0.3), script.Actor(WALKER)
     slow, quick = observations.copy(), observations.copy()
     slow[:, 0], quick[:, 0] = 0.1, 1.5
     assert np.abs(shaped.act(slow) - actor.act(slow)).max() > 0.1
@@ -70,7 +71,7 @@ def test_nothing_is_added_at_other_commands_and_beyond_a_speed(script, values, o
 
 def test_the_file_acts_so_and_can_be_shaped_again(script, values, observations, tmp_path):
     path = tmp_path / "one.safetensors"
-    shaped = script.Shaped(ROBUST, values)
+    shaped = script.Shaped(WALKER, values)
     shaped.save(path, seed=4)
     controller = gaitshift.Controller.load(path)
     assert controller.provenance["seed"] == 4
@@ -87,30 +88,45 @@ def short(script, monkeypatch):
     monkeypatch.setattr(script, "UP", 20)
 
 
-def test_states_are_pushed_where_the_legs_come_together(script, short, monkeypatch, tmp_path):
-    arguments = script.parsed(["--controller", str(ROBUST), "--out", str(tmp_path), "--closing", "0.1", "0.3"])
-    task = script.Task(arguments)
-    starts = task.starts(task.walks(script.Actor(ROBUST), 5), np.random.default_rng(1))
-    there = starts[len(starts) // 2 :]
-    apart, opens = there[:, 3] - there[:, 7], there[:, 14] - there[:, 18]
-    assert len(there) > 5
-    assert ((np.abs(apart) > 0.1) & (np.abs(apart) < 0.3) & (apart * opens < 0)).all()
-
-
-def test_pushes_are_counted_that_make_it_fall(script, tmp_path):
-    task = script.Task(script.parsed(["--controller", str(ROBUST), "--out", str(tmp_path)]))
-    actor = script.Actor(ROBUST)
+def test_pushes_and_steps_are_counted_that_make_it_fall(script, tmp_path):
+    task = script.Task(script.parsed(["--controller", str(WALKER), "--out", str(tmp_path)]))
+    actor = script.Actor(WALKER)
     starts = np.concatenate([task.starts([motion], np.random.default_rng(1)) for motion in task.walks(actor, 5)[:3]])
-    assert [task.falls(actor, starts, forward_n) for forward_n in (0.0, 900.0, -1500.0)] == [0, 1, 1]
-    one_by_one = [task.falls(actor, starts[[row]], 360.0) for row in range(len(starts))]
+
+    def share(case, starts=starts):
+        return task.fell(actor, starts, case).mean()
+
+    assert [share(script.Case(0.0, forward_n)) for forward_n in (0.0, 900.0, -1500.0)] == [0, 1, 1]
+    one_by_one = [share(script.Case(0.0, 360.0), starts[[row]]) for row in range(len(starts))]
     assert 0 < np.mean(one_by_one) < 1
-    assert task.falls(actor, starts, 360.0) == pytest.approx(np.mean(one_by_one))
+    assert share(script.Case(0.0, 360.0)) == pytest.approx(np.mean(one_by_one))
+    starts[:, 0] = script.STEP_AT_M - 0.6
+    assert [share(script.Case(0.0, step_up_m=up_m)) for up_m in (0.0005, 0.3)] == [0, 1]
+
+
+def test_hard_states_are_those_that_fall_and_make_an_estimate_for_all(script, short, monkeypatch, tmp_path):
+    monkeypatch.setattr(script, "UP", 200)
+    flags = ["--pushes=-360:1", "--steps", "0.04:1", "--slower-than", "0.3", "--hard", "80"]
+    task = script.Task(script.parsed(["--controller", str(WALKER), "--out", str(tmp_path), *flags]))
+    task.found = [task.find(case, 80, 1) for case, _ in task.cases]
+    actor = script.Actor(WALKER)
+    for (case, _), (hard, others) in zip(task.cases, task.found):
+        assert len(hard) > 0 and len(hard) + len(others) == 80
+        assert task.fell(actor, hard, case).all() and not task.fell(actor, others, case).any()
+    hard, others = task.found[1]
+    ahead = script.STEP_AT_M - np.concatenate([hard, others])[:, 0]
+    assert script.AHEAD_M[0] < ahead.min() < ahead.max() < script.AHEAD_M[1]
+    costs = task.cost(np.zeros(script.NUMBERS), 1)
+    for (case, _), (hard, _) in zip(task.cases, task.found):
+        assert costs[f"falls under {case}"] == pytest.approx(len(hard) / 80)
+    with pytest.raises(SystemExit):
+        script.parsed(["--controller", str(WALKER), "--out", str(tmp_path), "--hard", "80"])
 
 
 def test_a_search_that_goes_on_equals_one_that_was_not_stopped(script, short, monkeypatch, tmp_path):
     def searched(out, *generations):
         for count in generations:
-            flags = ["--controller", str(ROBUST), "--out", str(out), "--generations", str(count), "--candidates", "4"]
+            flags = ["--controller", str(WALKER), "--out", str(out), "--generations", str(count), "--candidates", "4"]
             monkeypatch.setattr(sys, "argv", ["walk_at_zero.py", *flags])
             script.main()
         table = np.genfromtxt(out / "log.csv", delimiter=",", names=True)
@@ -139,7 +155,7 @@ def test_what_does_not_walk_costs_more_than_any_walk(script, monkeypatch, tmp_pa
     monkeypatch.setattr(script, "STARTS", 3)
 
     def cost(*flags):
-        task = script.Task(script.parsed(["--controller", str(ROBUST), "--out", str(tmp_path), *flags]))
+        task = script.Task(script.parsed(["--controller", str(WALKER), "--out", str(tmp_path), *flags]))
         return lambda values: task.cost(values, 1)["cost"]
 
     walks, limp = np.zeros(script.NUMBERS), np.full(script.NUMBERS, -5.0)
