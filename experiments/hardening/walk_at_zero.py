@@ -21,6 +21,8 @@ a stand before a step:
 
     python experiments/hardening/walk_at_zero.py --controller out/walk/40.safetensors --out out/slow --slower-than 0.3 \
         --hard 3000 --deviation 0.1 --pushes=-200:1,-250:1,-300:1 --steps 0.02:1,0.03:1
+
+After a push forward it is faster (`--faster-than 1.2`). So it is after a run, so every third of the motions begins with one.
 """
 
 from __future__ import annotations
@@ -51,10 +53,11 @@ STATE = COORDINATES + VELOCITIES
 NUMBERS = 2 * len(KNOTS_RAD) + OBSERVED
 UNITS = 16  # of each half of the network and layer, all but a few of them used
 CLOSES = 0.6  # per rad/s: how fast the function of a swinging leg ends as it goes back, and the reverse
-SLOWS = 5.0  # per m/s: how fast all of it fades beyond a speed
+FADES = 20.0  # per m/s: how fast all of it fades beyond a speed
 ENDS, ENDS_WITHIN = 0.2, 20.0  # |ω_v| in s/m up to which it is added, and how fast it ends beyond, per s/m
 
 STARTS, LONG_S, SETTLED_S = 27, 8.0, 6.0  # undisturbed motions, how long, and from when on they are a walk
+AFTER_A_RUN = ((0.0, 2.0), (1.6, 2.0), (2.0, 0.0))  # s and s/m; in every third of them
 LAST, EVERY = 200, 33  # control periods at their end, and between two states that are pushed
 UP, OVER = 260, 400  # control periods that it has to stay up from the push on, and has to get over a step
 AHEAD_M = (0.45, 0.96)  # how far before a step's face the hip is at first, over a whole step of the walk
@@ -68,7 +71,7 @@ class Shaped(Actor):
     """A controller whose walk at 0 is shaped by values at the knots, those of a swinging leg first, and a linear function of
     the scaled observations."""
 
-    def __init__(self, path: Path, values: np.ndarray, slower_than: float = np.inf) -> None:
+    def __init__(self, path: Path, values: np.ndarray, slower_than: float = np.inf, faster_than: float = -np.inf) -> None:
         super().__init__(path)
         before, self.before = self.layers, self.file
         units = before[0].bias.shape[0]
@@ -90,23 +93,25 @@ class Shaped(Actor):
         first.weight[back], first.weight[forward] = -faster, faster
         first.weight[above], first.weight[below] = command, -command
         first.bias[[above, below]] = -ENDS
-        quick = below + 1
-        if np.isfinite(slower_than):
-            first.weight[quick, SPEED], first.bias[quick] = 1 / self.scale[SPEED], -slower_than
+        quick, slow = below + 1, below + 2
+        for unit, sign, limit in ((quick, 1, slower_than), (slow, -1, faster_than)):
+            if np.isfinite(limit):
+                first.weight[unit, SPEED], first.bias[unit] = sign / self.scale[SPEED], -sign * limit
         # What a function has of either sign is a unit's of its own, since a unit is never negative.
         swinging, going_back = np.split(values[:-OBSERVED], 2)
-        for pair, at_knots, closed_by in ((units, swinging, back), (units + 2, going_back, forward)):
+        for pair, at_knots, ends in ((units, swinging, back), (units + 2, going_back, forward)):
             bends = np.diff(np.diff(at_knots) / np.diff(KNOTS_RAD), prepend=0.0, append=0.0)
             for unit, sign in ((pair, 1), (pair + 1, -1)):
                 second.weight[unit, hinges] = torch.tensor(sign * bends, dtype=torch.float32)
                 second.bias[unit] = float(sign * at_knots[0])
-                second.weight[unit, closed_by] = -CLOSES
-        linear = quick + 1
+                second.weight[unit, ends] = -CLOSES
+        linear = slow + 1
         for unit, sign in ((linear, 1), (linear + 1, -1)):
             first.weight[unit, :OBSERVED] = torch.tensor(sign * values[-OBSERVED:], dtype=torch.float32)
             second.weight[unit, unit] = 1.0
         for pair in (units, units + 2, linear):
-            second.weight[pair : pair + 2, [above, below, quick]] = torch.tensor([-ENDS_WITHIN, -ENDS_WITHIN, -SLOWS])
+            closed_by = torch.tensor([-ENDS_WITHIN, -ENDS_WITHIN, -FADES, -FADES])
+            second.weight[pair : pair + 2, [above, below, quick, slow]] = closed_by
             output.weight[0, pair : pair + 2] = torch.tensor([2.0, -2.0])  # of one half, which is half of the mean
 
     def save(self, path: Path, seed: int) -> None:
@@ -132,14 +137,15 @@ class Task:
     """What a candidate is judged by."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:
-        self.controller, self.speed, self.slower_than = arguments.controller, arguments.speed, arguments.slower_than
+        self.controller, self.speed = arguments.controller, arguments.speed
+        self.slower_than, self.faster_than = arguments.slower_than, arguments.faster_than
         self.cases = [(Case(0.0, forward_n), weight) for forward_n, weight in arguments.pushes]
         self.cases += [(Case(0.0, step_up_m=up_m), weight) for up_m, weight in arguments.steps]
         # With `--hard`, of each case: states from which it fell at first, and others.
         self.found: list[tuple[np.ndarray, np.ndarray]] = []
 
     def shaped(self, values: np.ndarray) -> Shaped:
-        return Shaped(self.controller, values, self.slower_than)
+        return Shaped(self.controller, values, self.slower_than, self.faster_than)
 
     def walks(self, actor: Actor, seed: int, starts: int = STARTS) -> list[gaitshift.Recording]:
         """What it does from random starts when nothing disturbs it."""
@@ -147,7 +153,8 @@ class Task:
             path = Path(folder) / "now.safetensors"
             actor.save(path, seed)
             controller = gaitshift.Controller.load(path)
-        return [controller.record(0.0, LONG_S, seed=seed + start) for start in range(starts)]
+        commands = [0.0, 0.0, AFTER_A_RUN]
+        return [controller.record(commands[start % 3], LONG_S, seed=seed + start) for start in range(starts)]
 
     def starts(self, motions: list[gaitshift.Recording], rng: np.random.Generator, every: int = EVERY) -> np.ndarray:
         """States of the motions, positions and velocities side by side."""
@@ -223,15 +230,16 @@ def parsed(words: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "--slower-than", type=float, default=np.inf, help="what is added fades at speeds beyond, in m/s"
     )
+    parser.add_argument("--faster-than", type=float, default=-np.inf, help="the same for speeds below")
     parser.add_argument(
         "--hard", type=int, default=0, metavar="STATES",
-        help="estimate falls from states of the walk as it is, of which so many are tried first; needs --slower-than",
+        help="estimate falls from states of the walk as it is, of which so many are tried first; needs such a limit",
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=2)
     arguments = parser.parse_args(words)
-    if arguments.hard and arguments.slower_than == np.inf:
-        parser.error("--hard: without --slower-than the walk itself changes, and its states with it")
+    if arguments.hard and not np.isfinite([arguments.slower_than, arguments.faster_than]).any():
+        parser.error("--hard: without --slower-than or --faster-than the walk itself changes, and its states with it")
     return arguments
 
 

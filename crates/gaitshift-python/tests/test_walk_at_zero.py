@@ -1,7 +1,7 @@
 """Contract: what experiments/hardening/walk_at_zero.py adds to a controller's commands is the function that it says, in each
-leg its mirror image, at ω_v up to 0.2 and speeds up to `--slower-than` alone; the file that it writes acts so, and can be
-shaped again. Falls are counted, of hard states and others so that they stand for all. A search that goes on equals one that
-was not stopped."""
+leg its mirror image, at ω_v up to 0.2 and speeds between `--faster-than` and `--slower-than` alone; the file that it writes
+acts so, and can be shaped again. Falls are counted, of hard states and others so that they stand for all. A search that goes
+on equals one that was not stopped."""
 
 import sys
 
@@ -64,6 +64,9 @@ def test_nothing_is_added_at_other_commands_and_beyond_a_speed(script, values, o
     slow[:, 0], quick[:, 0] = 0.1, 1.5
     assert np.abs(shaped.act(slow) - actor.act(slow)).max() > 0.1
     assert np.abs(shaped.act(quick) - actor.act(quick)).max() < 1e-4
+    fast = script.Shaped(WALKER, values, faster_than=1.4)
+    assert np.abs(fast.act(quick) - actor.act(quick)).max() > 0.1
+    assert np.abs(fast.act(slow) - actor.act(slow)).max() < 1e-4
     for omega_v in (-0.5, 0.5, 3.0):
         slow[:, 13] = omega_v
         assert np.abs(shaped.act(slow) - actor.act(slow)).max() < 1e-4
