@@ -61,6 +61,7 @@ AFTER_A_RUN = ((0.0, 2.0), (1.6, 2.0), (2.0, 0.0))  # s and s/m; in every third 
 LAST, EVERY = 200, 33  # control periods at their end, and between two states that are pushed
 UP, OVER = 260, 400  # control periods that it has to stay up from the push on, and has to get over a step
 AHEAD_M = (0.45, 0.96)  # how far before a step's face the hip is at first, over a whole step of the walk
+LATE, LATE_S = 81, 16.0  # motions with a latency, and how long
 HARD, OTHERS = 40, 250  # states, of those with `--hard` from which it fell at first and of others
 MEASURED = ("speed_m_per_s", "double_support", "flight")
 LEAST_DOUBLE_SUPPORT = 0.08  # share of the time, as flight
@@ -133,6 +134,13 @@ class Shaped(Actor):
         super().save(path, seed)
 
 
+def as_controller(actor: Actor) -> gaitshift.Controller:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "now.safetensors"
+        actor.save(path, 0)
+        return gaitshift.Controller.load(path)
+
+
 class Task:
     """What a candidate is judged by."""
 
@@ -141,6 +149,7 @@ class Task:
         self.slower_than, self.faster_than = arguments.slower_than, arguments.faster_than
         self.cases = [(Case(0.0, forward_n), weight) for forward_n, weight in arguments.pushes]
         self.cases += [(Case(0.0, step_up_m=up_m), weight) for up_m, weight in arguments.steps]
+        self.latency = arguments.latency
         # With `--hard`, of each case: states from which it fell at first, and others.
         self.found: list[tuple[np.ndarray, np.ndarray]] = []
 
@@ -149,12 +158,14 @@ class Task:
 
     def walks(self, actor: Actor, seed: int, starts: int = STARTS) -> list[gaitshift.Recording]:
         """What it does from random starts when nothing disturbs it."""
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "now.safetensors"
-            actor.save(path, seed)
-            controller = gaitshift.Controller.load(path)
-        commands = [0.0, 0.0, AFTER_A_RUN]
+        controller, commands = as_controller(actor), [0.0, 0.0, AFTER_A_RUN]
         return [controller.record(commands[start % 3], LONG_S, seed=seed + start) for start in range(starts)]
+
+    def falls_late(self, actor: Actor, latency_s: float, seed: int) -> float:
+        """Share of motions from random starts that fall when the actuators act late."""
+        controller, late = as_controller(actor), {"latency_s": latency_s}
+        motions = (controller.record(0.0, LATE_S, seed=seed + start, disturbance=late) for start in range(LATE))
+        return float(np.mean([motion.summary()["fell"] for motion in motions]))
 
     def starts(self, motions: list[gaitshift.Recording], rng: np.random.Generator, every: int = EVERY) -> np.ndarray:
         """States of the motions, positions and velocities side by side."""
@@ -199,7 +210,8 @@ class Task:
         rng = np.random.default_rng(seed)
         starts = self.starts(motions, rng)
         shares = {f"falls under {case}": self.share(actor, index, starts, rng) for index, (case, _) in enumerate(self.cases)}
-        cost = sum(weight * share for share, (_, weight) in zip(shares.values(), self.cases))
+        shares |= {f"falls {late_s:g} s late": self.falls_late(actor, late_s, seed) for late_s, _ in self.latency}
+        cost = sum(weight * share for share, (_, weight) in zip(shares.values(), self.cases + self.latency))
         too_fast = max(0.0, mean["speed_m_per_s"] - self.speed)
         lack = too_fast + max(0.0, LEAST_DOUBLE_SUPPORT - mean["double_support"]) + mean["flight"]
         return {"cost": cost + LACKING * lack + LARGE * float(np.square(values).sum())} | mean | shares
@@ -226,6 +238,9 @@ def parsed(words: list[str] | None = None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--steps", type=with_weights, metavar="M:WEIGHT,...", default=[], help="the same for steps up, of such heights"
+    )
+    parser.add_argument(
+        "--latency", type=with_weights, metavar="S:WEIGHT,...", default=[], help="the same for motions whose actuators act late"
     )
     parser.add_argument(
         "--slower-than", type=float, default=np.inf, help="what is added fades at speeds beyond, in m/s"
@@ -263,6 +278,7 @@ def main() -> None:
             begin = pickle.loads((arguments.begin_with / "search.pickle").read_bytes())[1].mean
         search = cma.CMAEvolutionStrategy(begin, arguments.deviation, options)
     columns = ["cost", *MEASURED, *(f"falls under {case}" for case, _ in task.cases)]
+    columns += [f"falls {late_s:g} s late" for late_s, _ in task.latency]
     with multiprocessing.Pool(arguments.processes) as pool:
         if arguments.hard and not task.found:
             looked_for = [(case, arguments.hard, arguments.seed) for case, _ in task.cases]

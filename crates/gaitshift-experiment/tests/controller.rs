@@ -16,9 +16,8 @@ fn what_comes_with_the_program_is_what_training_or_hardening_wrote() {
             "robust",
             "robust",
             1,
-            "python experiments/hardening/walk_at_zero.py --controller controllers/robust/walking-faster.safetensors \
-             --out W6 --slower-than 0.3 --closing 0.05 0.4 --candidates 14 --deviation 0.1 --generations 60 \
-             --pushes=-210:1,-260:1,-305:1",
+            "python experiments/hardening/map_command.py --controller controllers/robust/with-delays.safetensors \
+             --out robust.safetensors --points 0.3:0,0.31:0.9,2.5:1.3,2.51:2.2,3.5:2.3",
         ),
     ];
     assert!(Controller::names().eq(commands.map(|(name, ..)| name)));
