@@ -89,6 +89,7 @@ def short(script, monkeypatch):
     monkeypatch.setattr(script, "LONG_S", 4.0)
     monkeypatch.setattr(script, "SETTLED_S", 2.0)
     monkeypatch.setattr(script, "UP", 20)
+    monkeypatch.setattr(script, "AFTER_A_RUN", 0.0)  # there is no time to settle after one
 
 
 def test_pushes_and_steps_are_counted_that_make_it_fall(script, tmp_path):
@@ -119,9 +120,28 @@ def test_hard_states_are_those_that_fall_and_make_an_estimate_for_all(script, sh
     hard, others = task.found[1]
     ahead = script.STEP_AT_M - np.concatenate([hard, others])[:, 0]
     assert script.AHEAD_M[0] < ahead.min() < ahead.max() < script.AHEAD_M[1]
-    costs = task.cost(np.zeros(script.NUMBERS), 1)
-    for (case, _), (hard, _) in zip(task.cases, task.found):
-        assert costs[f"falls under {case}"] == pytest.approx(len(hard) / 80)
+    for index, (hard, _) in enumerate(task.found):
+        assert task.share(actor, index, None, np.random.default_rng(1)) == pytest.approx(len(hard) / 80)
+
+
+def test_motions_with_a_latency_count_those_that_fall(script, monkeypatch, tmp_path):
+    monkeypatch.setattr(script, "LATE", 2)
+    monkeypatch.setattr(script, "LATE_S", 5.0)
+    task = script.Task(script.parsed(["--controller", str(WALKER), "--out", str(tmp_path), "--latency", "0.02:1"]))
+    assert [task.falls_late(script.Actor(WALKER), late_s, 1) for late_s in (0.0, 0.2)] == [0, 1]
+    assert "falls 0.02 s late" in task.cost(np.zeros(script.NUMBERS), 1)
+
+
+def test_a_search_begins_with_the_numbers_of_another(script, short, monkeypatch, tmp_path):
+    for out, more in (("a", []), ("b", ["--begin-with", str(tmp_path / "a"), "--deviation", "1e-9"])):
+        flags = ["--controller", str(WALKER), "--out", str(tmp_path / out), "--generations", "1", "--candidates", "4"]
+        monkeypatch.setattr(sys, "argv", ["walk_at_zero.py", *flags, *more])
+        script.main()
+    first, second = (gaitshift.Controller.load(tmp_path / out / "1.safetensors") for out in "ab")
+    row = np.linspace(-0.3, 0.3, 14)
+    row[13] = 0
+    assert second(row) == pytest.approx(first(row), abs=1e-5)
+    assert first(row) != pytest.approx(gaitshift.Controller.load(WALKER)(row), abs=1e-5)
     with pytest.raises(SystemExit):
         script.parsed(["--controller", str(WALKER), "--out", str(tmp_path), "--hard", "80"])
 
