@@ -4,7 +4,7 @@ Twelve random starts, each pushed for 0.1 s at twelve times 0.1 s apart, more th
 forward and up in N s, and the falls at each command. About two minutes of one core a controller:
 
     python experiments/hardening/falls.py robust controllers/robust/before-hardening.safetensors
-    python experiments/hardening/falls.py robust --omega-v 0.1 0.2 0.3 0.5 3.5
+    python experiments/hardening/falls.py robust --omega-v 0.5 1.5 2.5 3.5
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Gives a controller's commands another meaning: what it hears is a piecewise linear function of ω_v.
 
-A layer before its network does so, which passes on all other observations as they are. So the controller can leave out commands
+A layer before its network does so, which passes on all other observations as they are; a mean of a network and its mirror image
+remains one. So the controller can leave out commands
 at which it withstands less, and go from one gait to the other at a command of its own. At commands beyond the first and last
 point the function is constant. Needs PyTorch and safetensors beside the package, and takes a second:
 
@@ -18,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from policy_gradient import OMEGA_V
+from policy_gradient import OBSERVATION_MIRROR, OMEGA_V
 from safetensors import safe_open
 from safetensors.torch import save_file
 
@@ -28,18 +29,23 @@ def mapped(file: dict[str, torch.Tensor], points: np.ndarray) -> dict[str, torch
     command, heard = points.T
     bends = torch.tensor(np.diff(np.diff(heard) / np.diff(command), prepend=0.0, append=0.0))
     others = [place for place in range(14) if place != OMEGA_V]
-    units = 2 * len(others) + len(bends)
-    before, bias = torch.zeros(units, 14), torch.zeros(units)
-    before[range(0, 2 * len(others), 2), others] = 1.0
-    before[range(1, 2 * len(others), 2), others] = -1.0
-    before[2 * len(others) :, OMEGA_V] = 1.0
-    bias[2 * len(others) :] = torch.tensor(-command)
+    passed = 2 * len(others)  # each observation as two units, since a unit is never negative
+    before, bias = torch.zeros(passed + len(bends), 14), torch.zeros(passed + len(bends))
+    before[range(0, passed, 2), others] = 1.0
+    before[range(1, passed, 2), others] = -1.0
+    before[passed:, OMEGA_V] = 1.0
+    bias[passed:] = torch.tensor(-command)
     first = file["layers.0.weight"]
-    after = torch.zeros(first.shape[0], units)
-    after[:, : 2 * len(others) : 2] = first[:, others]
-    after[:, 1 : 2 * len(others) : 2] = -first[:, others]
-    after[:, 2 * len(others) :] = torch.outer(first[:, OMEGA_V].double(), bends)
+    after = torch.zeros(first.shape[0], passed + len(bends))
+    after[:, :passed:2] = first[:, others]
+    after[:, 1:passed:2] = -first[:, others]
+    after[:, passed:] = torch.outer(first[:, OMEGA_V].double(), bends)
     layers = {"layers.0.weight": before, "layers.0.bias": bias, "layers.1.weight": after}
+    half = first.shape[0] // 2
+    if torch.equal(first[half:], first[:half, OBSERVATION_MIRROR]):  # a mean of a network and its mirror image, as it remains
+        layers["layers.0.weight"] = torch.cat([before, before[:, OBSERVATION_MIRROR]])
+        layers["layers.0.bias"] = bias.repeat(2)
+        layers["layers.1.weight"] = torch.block_diag(after[:half], after[:half])
     layers["layers.1.bias"] = file["layers.0.bias"] + first[:, OMEGA_V] * float(heard[0])
     for name, tensor in file.items():
         layer, _, kind = name.partition(".")[2].partition(".")

@@ -2,17 +2,18 @@
 
 Added to the command of each leg, before the tanh, is a function of the angle between the legs, one while the leg swings
 forward and one while it goes back, and a linear function of the observations: 14 and 13 numbers, the same for both legs.
-CMA-ES (Hansen 2016) looks for those with the fewest falls under pushes forward and backward, from states of the walk itself
-that are drawn anew in each generation; a walk with too little double support, or faster than `--speed`, counts as worse. All
-of it becomes units of the controller's own network, which are silent at other commands. What comes out can be shaped again.
+CMA-ES (Hansen 2016) looks for those with the fewest falls under pushes forward and backward, before `--steps` up and with a
+`--latency`, from states of the walk itself that are drawn anew in each generation; a walk with too little double support, or
+faster than `--speed`, counts as worse. All of it becomes units of the controller's own network, which are silent at other
+commands. What comes out can be shaped again, until map_command.py has put a layer before it.
 
 OUT gets a controller every five generations, of the mean that CMA-ES has come to; log.csv, in which a row is of the mean
 that the generation begins with; and search.pickle, from which the same command goes on. Needs PyTorch, safetensors and cma
-beside the package; a generation takes about 25 s of two cores:
+beside the package; a generation takes about 25 s of two cores, with steps and `--hard` 40 s and more:
 
     pip install torch safetensors cma
-    robust=crates/gaitshift-experiment/controllers/robust.safetensors
-    python experiments/hardening/walk_at_zero.py --controller $robust --out out/walk
+    before=controllers/robust/with-delays.safetensors
+    python experiments/hardening/walk_at_zero.py --controller $before --out out/walk
     python experiments/hardening/falls.py robust out/walk/40.safetensors
 
 After a push backward, and at a step, the hip is slower than it ever is in the walk, so that what fades from a speed on leaves
@@ -22,7 +23,8 @@ a stand before a step:
     python experiments/hardening/walk_at_zero.py --controller out/walk/40.safetensors --out out/slow --slower-than 0.3 \
         --hard 3000 --deviation 0.1 --pushes=-200:1,-250:1,-300:1 --steps 0.02:1,0.03:1
 
-After a push forward it is faster (`--faster-than 1.2`). So it is after a run, so every third of the motions begins with one.
+After a push forward it is faster (`--faster-than 1.2`). It is also faster after a run; therefore every third undisturbed motion
+begins with one. `--begin-with` goes on from the numbers of another search.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 from conftest import WALKER, experiment_script
+from safetensors.torch import load_file
 
 import gaitshift
 
@@ -27,6 +28,10 @@ def run(monkeypatch):
 
 def test_it_acts_as_at_the_command_that_is_given(run, tmp_path):
     before, after = gaitshift.Controller.load(WALKER), run(WALKER, tmp_path / "one.safetensors", POINTS)
+    first = load_file(tmp_path / "one.safetensors")["layers.0.weight"]
+    half = len(first) // 2
+    mirror = [0, 1, 2, 5, 6, 3, 4, 9, 10, 7, 8, 12, 11, 13]
+    assert (first[half:] == first[:half, mirror]).all()  # still a mean of a network and its mirror image
     again = run(tmp_path / "one.safetensors", tmp_path / "two.safetensors", [(0.0, -0.5), (1.0, 3.5)])
     for row in np.random.default_rng(1).normal(size=(200, 14)):
         commands = np.array([-1.0, -0.2, 0.1, 0.3, 0.305, 0.31, 1.7, 3.0, 4.0])
