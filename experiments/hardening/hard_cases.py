@@ -70,6 +70,13 @@ class Learning(Protocol):
         """Writes it as a controller."""
 
 
+def as_controller(actor: Learning) -> gaitshift.Controller:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "now.safetensors"
+        actor.save(path, 0)
+        return gaitshift.Controller.load(path)
+
+
 def environment(case: Case, count: int, controller: Path) -> PassiveBipedVectorEnv:
     return PassiveBipedVectorEnv(count, controller=controller, autoreset_mode="Disabled", disturbance=case.disturbance)
 
@@ -117,10 +124,7 @@ class HardCases:
 
     def look(self, actor: Learning) -> None:
         """Finds anew where the actor falls, or gets stuck at a step, and says from how many of the starts that are tried."""
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "now.safetensors"
-            actor.save(path, 0)
-            motions = self.motions(gaitshift.Controller.load(path))
+        motions = self.motions(as_controller(actor))
         self.starts, self.hard = [], []
         for case in self.cases:
             pool = motions[case.omega_v]

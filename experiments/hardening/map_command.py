@@ -14,13 +14,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 import torch
-from policy_gradient import OBSERVATION_MIRROR, OMEGA_V
-from safetensors import safe_open
+from policy_gradient import OBSERVATION_MIRROR, OMEGA_V, command_line, read
 from safetensors.torch import save_file
 
 
@@ -72,17 +70,13 @@ def main() -> None:
         help="in s/m, two or more, with rising ω_v; write --points=-0.2:0 where the first is negative",
     )
     arguments = parser.parse_args()
-    if not arguments.controller.is_file():
-        raise SystemExit(f"{arguments.controller}: no such file; give the controller.safetensors of a run or a hardening")
-    with safe_open(arguments.controller, "pt") as opened:
-        metadata, file = opened.metadata(), {name: opened.get_tensor(name) for name in opened.keys()}  # noqa: SIM118, no dict
+    metadata, file = read(arguments.controller)
     description = json.loads(metadata["gaitshift"])
     if description["network"]["layer_norm"]:
         raise SystemExit(f"{arguments.controller}: its first layer is normalised, so nothing can be put before it")
     layers = mapped(file, arguments.points * description["observation_scale"][OMEGA_V])
     description["network"]["hidden"].insert(0, len(layers["layers.0.bias"]))
-    command = " ".join([f"python experiments/hardening/{Path(sys.argv[0]).name}", *sys.argv[1:]])
-    description["provenance"] |= {"command": command}
+    description["provenance"] |= {"command": command_line()}
     metadata |= {"gaitshift": json.dumps(description)}
     save_file({name: tensor.contiguous() for name, tensor in layers.items()}, arguments.out, metadata)
 

@@ -193,16 +193,25 @@ def groups(held: Held, extras: Extras = Extras()) -> list[Group]:
     return parts
 
 
+def read(path: Path) -> tuple[dict[str, str], dict[str, Tensor]]:
+    """What a controller's file says of itself, and its tensors."""
+    if not path.is_file():
+        raise SystemExit(f"{path}: no such file; give the controller.safetensors of a run or a hardening")
+    with safe_open(path, "pt") as file:
+        return file.metadata(), {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118, it is no dict
+
+
+def command_line() -> str:
+    """The command that runs, as a controller's file records it."""
+    return " ".join([f"python experiments/hardening/{Path(sys.argv[0]).name}", *sys.argv[1:]])
+
+
 class Actor(nn.Module):
     """The mean of a network of two layers and its mirror image, as a controller's file holds it."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()
-        if not path.is_file():
-            raise SystemExit(f"{path}: no such file; give the controller.safetensors of a run or a hardening")
-        with safe_open(path, "pt") as file:
-            self.metadata = file.metadata()
-            self.file = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118, it is no dict
+        self.metadata, self.file = read(path)
         description = json.loads(self.metadata["gaitshift"])
         refused = f"{path}: no mean of a network of two layers and its mirror image, so it cannot be trained on"
         if len(description["network"]["hidden"]) != 2:
@@ -245,8 +254,7 @@ class Actor(nn.Module):
     def save(self, path: Path, seed: int) -> None:
         """Writes a controller: both halves side by side."""
         description = json.loads(self.metadata["gaitshift"])
-        command = " ".join([f"python experiments/hardening/{Path(sys.argv[0]).name}", *sys.argv[1:]])
-        description["provenance"] |= {"command": command, "seed": seed}
+        description["provenance"] |= {"command": command_line(), "seed": seed}
         first, second, output = self.layers
         units = first.bias.shape[0]
         tensors = {name: tensor.clone() for name, tensor in self.file.items()}

@@ -34,14 +34,13 @@ import csv
 import json
 import multiprocessing
 import pickle
-import tempfile
 import time
 from pathlib import Path
 
 import cma
 import numpy as np
 import torch
-from hard_cases import COORDINATES, STEP_AT_M, VELOCITIES, Case, falls
+from hard_cases import COORDINATES, STEP_AT_M, VELOCITIES, Case, as_controller, falls
 from policy_gradient import OMEGA_V, Actor
 from torch import nn
 
@@ -136,11 +135,12 @@ class Shaped(Actor):
         super().save(path, seed)
 
 
-def as_controller(actor: Actor) -> gaitshift.Controller:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "now.safetensors"
-        actor.save(path, 0)
-        return gaitshift.Controller.load(path)
+def facing(case: Case, starts: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """The same states, before the step where the case has one."""
+    starts = starts.copy()
+    if case.step_up_m:
+        starts[:, 0] = STEP_AT_M - rng.uniform(*AHEAD_M, len(starts))
+    return starts
 
 
 class Task:
@@ -177,9 +177,7 @@ class Task:
     def find(self, case: Case, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
         """Of so many states of its walk those from which the controller falls now, or comes to a stand, and all others."""
         rng, actor, every = np.random.default_rng(seed), Actor(self.controller), 5
-        starts = self.starts(self.walks(actor, seed, count * every // LAST), rng, every)
-        if case.step_up_m:
-            starts[:, 0] = STEP_AT_M - rng.uniform(*AHEAD_M, len(starts))
+        starts = facing(case, self.starts(self.walks(actor, seed, count * every // LAST), rng, every), rng)
         fell = self.fell(actor, starts, case)
         return starts[fell], starts[~fell]
 
@@ -190,10 +188,7 @@ class Task:
         """Share of the states from which it falls in a case."""
         case, _ = self.cases[index]
         if not self.found:
-            if case.step_up_m:
-                starts = starts.copy()
-                starts[:, 0] = STEP_AT_M - rng.uniform(*AHEAD_M, len(starts))
-            return float(self.fell(actor, starts, case).mean())
+            return float(self.fell(actor, facing(case, starts, rng), case).mean())
         groups = self.found[index]
         drawn = [rows[rng.permutation(len(rows))[:most]] for rows, most in zip(groups, (HARD, OTHERS))]
         fell = self.fell(actor, np.concatenate(drawn), case)
