@@ -2,10 +2,11 @@
 
 Added to the command of each leg, before the tanh, is a function of the angle between the legs, one while the leg swings
 forward and one while it goes back, and a linear function of the observations: 14 and 13 numbers, the same for both legs.
-CMA-ES (Hansen 2016) looks for those with the fewest falls under pushes forward and backward, before `--steps` up and with a
-`--latency`, from states of the walk itself that are drawn anew in each generation; a walk with too little double support, or
-faster than `--speed`, counts as worse. All of it becomes units of the controller's own network, which are silent at other
-commands. What comes out can be shaped again, until map_command.py has put a layer before it.
+CMA-ES (Hansen 2016) looks for those with the fewest falls under pushes forward and backward, before `--steps` up, with a
+`--latency` and on a `--raised` body. All these begin with states of the walk itself, or random starts, that are drawn anew in
+each generation; a walk with too little double support, or faster than `--speed`, counts as worse. All of it becomes units of
+the controller's own network, which are silent at other commands. What comes out can be shaped again, until map_command.py has
+put a layer before it.
 
 OUT gets a controller every five generations, of the mean that CMA-ES has come to; log.csv, in which a row is of the mean
 that the generation begins with; and search.pickle, from which the same command goes on. Needs PyTorch, safetensors and cma
@@ -59,11 +60,12 @@ ENDS, ENDS_WITHIN = 0.2, 20.0  # |ω_v| in s/m up to which it is added, and how 
 
 STARTS, LONG_S, SETTLED_S = 27, 8.0, 6.0  # undisturbed motions, how long, and from when on they are a walk
 AFTER_A_RUN = ((0.0, 2.0), (1.6, 2.0), (2.0, 0.0))  # s and s/m; in every third of them
-LAST, EVERY = 200, 33  # control periods at their end, and between two states that are pushed
+LAST, EVERY = 200, 16  # control periods at their end, and between two states that are pushed
 UP, OVER = 260, 400  # control periods that it has to stay up from the push on, and has to get over a step
 AHEAD_M = (0.45, 0.96)  # how far before a step's face the hip is at first, over a whole step of the walk
-LATE, LATE_S = 81, 16.0  # motions with a latency, and how long
-HARD, OTHERS = 40, 250  # states, of those with `--hard` from which it fell at first and of others
+LATE, LATE_S = 54, 16.0  # motions with a latency, and how long
+RAISED, RAISED_S = 108, 6.0  # the same on a raised body
+HARD, OTHERS = 40, 120  # states, of those with `--hard` from which it fell at first and of others
 MEASURED = ("speed_m_per_s", "double_support", "flight")
 LEAST_DOUBLE_SUPPORT = 0.08  # share of the time, as flight
 NO_WALK, LACKING, LARGE = 30.0, 20.0, 0.002  # what it costs not to walk, too much speed and so on, and numbers far from 0
@@ -151,7 +153,7 @@ class Task:
         self.slower_than, self.faster_than = arguments.slower_than, arguments.faster_than
         self.cases = [(Case(0.0, forward_n), weight) for forward_n, weight in arguments.pushes]
         self.cases += [(Case(0.0, step_up_m=up_m), weight) for up_m, weight in arguments.steps]
-        self.latency = arguments.latency
+        self.latency, self.raised = arguments.latency, arguments.raised
         # With `--hard`, of each case: states from which it fell at first, and others.
         self.found: list[tuple[np.ndarray, np.ndarray]] = []
 
@@ -167,6 +169,12 @@ class Task:
         """Share of motions from random starts that fall when the actuators act late."""
         controller, late = as_controller(actor), {"latency_s": latency_s}
         motions = (controller.record(0.0, LATE_S, seed=seed + start, disturbance=late) for start in range(LATE))
+        return float(np.mean([motion.summary()["fell"] for motion in motions]))
+
+    def falls_raised(self, actor: Actor, height_m: float, seed: int) -> float:
+        """Share of motions from random starts that fall when the hip's mass is so far above its axis."""
+        controller, body = as_controller(actor), {"hip_com_height_m": height_m}
+        motions = (controller.record(0.0, RAISED_S, seed=seed + start, body=body) for start in range(RAISED))
         return float(np.mean([motion.summary()["fell"] for motion in motions]))
 
     def starts(self, motions: list[gaitshift.Recording], rng: np.random.Generator, every: int = EVERY) -> np.ndarray:
@@ -208,7 +216,8 @@ class Task:
         starts = self.starts(motions, rng)
         shares = {f"falls under {case}": self.share(actor, index, starts, rng) for index, (case, _) in enumerate(self.cases)}
         shares |= {f"falls {late_s:g} s late": self.falls_late(actor, late_s, seed) for late_s, _ in self.latency}
-        cost = sum(weight * share for share, (_, weight) in zip(shares.values(), self.cases + self.latency))
+        shares |= {f"falls raised by {height_m:g} m": self.falls_raised(actor, height_m, seed) for height_m, _ in self.raised}
+        cost = sum(weight * share for share, (_, weight) in zip(shares.values(), self.cases + self.latency + self.raised))
         too_fast = max(0.0, mean["speed_m_per_s"] - self.speed)
         lack = too_fast + max(0.0, LEAST_DOUBLE_SUPPORT - mean["double_support"]) + mean["flight"]
         return {"cost": cost + LACKING * lack + LARGE * float(np.square(values).sum())} | mean | shares
@@ -238,6 +247,10 @@ def parsed(words: list[str] | None = None) -> argparse.Namespace:
     )
     parser.add_argument(
         "--latency", type=with_weights, metavar="S:WEIGHT,...", default=[], help="the same for motions whose actuators act late"
+    )
+    parser.add_argument(
+        "--raised", type=with_weights, metavar="M:WEIGHT,...", default=[],
+        help="the same for motions of a body whose hip has its mass so far above the axis",
     )
     parser.add_argument(
         "--slower-than", type=float, default=np.inf, help="what is added fades at speeds beyond, in m/s"
@@ -276,6 +289,7 @@ def main() -> None:
         search = cma.CMAEvolutionStrategy(begin, arguments.deviation, options)
     columns = ["cost", *MEASURED, *(f"falls under {case}" for case, _ in task.cases)]
     columns += [f"falls {late_s:g} s late" for late_s, _ in task.latency]
+    columns += [f"falls raised by {height_m:g} m" for height_m, _ in task.raised]
     with multiprocessing.Pool(arguments.processes) as pool:
         if arguments.hard and not task.found:
             looked_for = [(case, arguments.hard, arguments.seed) for case, _ in task.cases]

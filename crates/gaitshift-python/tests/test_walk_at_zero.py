@@ -132,6 +132,14 @@ def test_motions_with_a_latency_count_those_that_fall(script, monkeypatch, tmp_p
     assert "falls 0.02 s late" in task.cost(np.zeros(script.NUMBERS), 1)
 
 
+def test_motions_of_a_raised_body_count_those_that_fall(script, monkeypatch, tmp_path):
+    monkeypatch.setattr(script, "RAISED", 2)
+    monkeypatch.setattr(script, "RAISED_S", 5.0)
+    task = script.Task(script.parsed(["--controller", str(WALKER), "--out", str(tmp_path), "--raised", "0.3:1"]))
+    assert [task.falls_raised(script.Actor(WALKER), height_m, 1) for height_m in (-0.05, 0.3)] == [0, 1]
+    assert "falls raised by 0.3 m" in task.cost(np.zeros(script.NUMBERS), 1)
+
+
 def test_a_search_begins_with_the_numbers_of_another(script, short, monkeypatch, tmp_path):
     for out, more in (("a", []), ("b", ["--begin-with", str(tmp_path / "a"), "--deviation", "1e-9"])):
         flags = ["--controller", str(WALKER), "--out", str(tmp_path / out), "--generations", "1", "--candidates", "4"]
