@@ -1,7 +1,9 @@
 //! Environments stepped together, without Python in between: what both Gymnasium classes stand on.
 
 use crate::controller::Controller;
-use crate::convert::{body_and_task, from_python, numbers, parameters, to_python, value_error};
+use crate::convert::{
+    body_and_task, from_python, in_range, numbers, parameters, to_python, value_error,
+};
 use gaitshift_analysis::recording::RecordingMetadata;
 use gaitshift_body::{Body, BodyParameters, BodyState, LEFT, RIGHT, Terrain};
 use gaitshift_experiment::{Simulation, recording_row};
@@ -88,8 +90,8 @@ impl Batch {
                 "`omega_v` is {omega_v:?}, but it must be a command from -{OMEGA_V_MAX} to {OMEGA_V_MAX}, or a pair (lowest, highest) of them"
             )));
         }
-        let count = in_range("num_envs", count, 65_536)?;
-        let threads = in_range("threads", threads, 256)?;
+        let count = in_range("num_envs", count, 1..=65_536)?;
+        let threads = in_range("threads", threads, 1..=256)?;
         let own = |table: Option<&Bound<'_, PyAny>>, name| match table {
             Some(table) => from_python(table, name).map(Some),
             None => Ok(None),
@@ -516,17 +518,6 @@ fn body_state([positions, velocities]: &[PyReadonlyArrayDyn<'_, f64>; 2]) -> PyR
         &numbers(positions, "state[0]")?,
         &numbers(velocities, "state[1]")?,
     ))
-}
-
-fn in_range(name: &str, value: i64, most: usize) -> PyResult<usize> {
-    usize::try_from(value)
-        .ok()
-        .filter(|value| (1..=most).contains(value))
-        .ok_or_else(|| {
-            value_error(format!(
-                "`{name}` is {value}, but it must be from 1 to {most}"
-            ))
-        })
 }
 
 fn check_action(value: f64) -> PyResult<()> {

@@ -1,6 +1,6 @@
 //! The mechanism alone. The texts for `help` stand here and, for editors, in `_native.pyi`.
 
-use crate::convert::{numbers, to_python, value_error, warn, with_overrides};
+use crate::convert::{in_range, numbers, to_python, value_error, warn, with_overrides};
 use gaitshift_body::{BodyParameters, BodyState, EnergyAccount};
 use gaitshift_task::{Disturbance, RewardTerms, StepEnergies, TaskParameters, TerrainParameters};
 use numpy::{PyArray1, PyReadonlyArrayDyn};
@@ -112,15 +112,11 @@ impl Body {
         positions: Array<'py>,
         velocities: Array<'py>,
         command: Array<'py>,
-        steps: u32,
+        steps: i64,
     ) -> PyResult<(Eleven<'py>, Eleven<'py>, Bound<'py, PyDict>)> {
         let mut state = state(&positions, &velocities)?;
         let command = numbers(&command, "command")?;
-        if steps > MOST_STEPS {
-            return Err(value_error(format!(
-                "`steps` is {steps}, but it must be at most {MOST_STEPS}"
-            )));
-        }
+        let steps = in_range("steps", steps, 0..=MOST_STEPS)?;
         let mut account = EnergyAccount::default();
         let report = py.detach(|| self.body.advance(&mut state, command, steps, &mut account));
         let out = PyDict::new(py);

@@ -11,6 +11,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use serde_json::Value;
 use std::ffi::CString;
 use std::fmt::Display;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// Something that the caller gave cannot be used.
@@ -129,6 +130,23 @@ pub fn read_controller(path: &Path) -> PyResult<Controller> {
 /// The operating system's error, with the file that caused it.
 pub fn os_error(error: &std::io::Error, path: &Path) -> PyErr {
     std::io::Error::new(error.kind(), format!("{}: {error}", path.display())).into()
+}
+
+/// A whole number that has to be in a range.
+pub fn in_range<N>(name: &str, value: i64, range: RangeInclusive<N>) -> PyResult<N>
+where
+    N: TryFrom<i64> + PartialOrd + Display,
+{
+    N::try_from(value)
+        .ok()
+        .filter(|value| range.contains(value))
+        .ok_or_else(|| {
+            value_error(format!(
+                "`{name}` is {value}, but it must be from {} to {}",
+                range.start(),
+                range.end()
+            ))
+        })
 }
 
 /// `N` finite numbers from an array.

@@ -142,3 +142,10 @@ def test_the_comparison_on_the_biped_runs_and_goes_on_where_it_was(tmp_path):
 def test_the_compiled_classes_refuse_what_is_no_array(call):
     with pytest.raises(TypeError):
         getattr(gaitshift.Body(), call)("a", "b", "c", 1)
+
+
+@pytest.mark.parametrize("steps", [-5, 2**40])
+def test_a_number_of_steps_out_of_range_is_said_to_be(steps):
+    # What went wrong: a negative one was an OverflowError that named nothing.
+    with pytest.raises(ValueError, match=f"`steps` is {steps}, but it must be from 0 to"):
+        gaitshift.Body().advance(np.zeros(11), np.zeros(11), np.zeros(2), steps)
