@@ -25,7 +25,6 @@ const FILM_FPS: f64 = 60.0;
 struct Places {
     animation: Option<PathBuf>,
     stride: Option<PathBuf>,
-    folder: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -43,9 +42,6 @@ pub fn run(arguments: &RenderArguments) -> Result<(), Failure> {
 }
 
 fn draw(a: &RenderArguments, places: &Places, recording: &Recording) -> Result<(), Failure> {
-    if let Some(folder) = &places.folder {
-        output::create_folder(folder)?;
-    }
     let mut files = Vec::new();
     if let Some(path) = &places.stride {
         let poses = usize::from(a.poses.unwrap_or(POSES));
@@ -107,9 +103,9 @@ fn write_film_file(
         FigureError::NoFfmpeg { .. } => Failure::run(error),
         error => output::figure_failure(error),
     };
-    Frames::new(recording, options)
-        .and_then(|frames| write_film(&frames, options.fps, options.transparent, format, path))
-        .map_err(failure)
+    let frames = Frames::new(recording, options).map_err(failure)?;
+    output::create_folder_of(path)?;
+    write_film(&frames, options.fps, options.transparent, format, path).map_err(failure)
 }
 
 /// Writes every frame into a folder.
@@ -199,17 +195,12 @@ fn places(a: &RenderArguments) -> Result<Places, Failure> {
                 out.display()
             )));
         }
-        let parent = out.parent().filter(|p| !p.as_os_str().is_empty());
         let (animation, stride) = if moving {
             (Some(out.clone()), None)
         } else {
             (None, Some(out.clone()))
         };
-        return Ok(Places {
-            animation,
-            stride,
-            folder: parent.map(Path::to_owned),
-        });
+        return Ok(Places { animation, stride });
     }
     if let Some(out) = &a.out
         && let Some(ending) = names_a_file(out)
@@ -226,7 +217,6 @@ fn places(a: &RenderArguments) -> Result<Places, Failure> {
     Ok(Places {
         animation: (!a.strobe).then_some(animation),
         stride: Some(stride),
-        folder: a.out.clone(),
     })
 }
 
@@ -298,9 +288,9 @@ fn write_poses(
     poses: usize,
     path: &Path,
 ) -> Result<Vec<PathBuf>, Failure> {
-    strobe(recording, from_s, to_s, poses)
-        .and_then(|figure| figure.write(path))
-        .map_err(output::figure_failure)
+    let figure = strobe(recording, from_s, to_s, poses).map_err(output::figure_failure)?;
+    output::create_folder_of(path)?;
+    figure.write(path).map_err(output::figure_failure)
 }
 
 /// Writes the animation.
@@ -310,5 +300,6 @@ pub fn write_animation(
     path: &Path,
 ) -> Result<(), Failure> {
     let gif = animate(recording, options).map_err(output::figure_failure)?;
+    output::create_folder_of(path)?;
     output::file(path, &gif)
 }

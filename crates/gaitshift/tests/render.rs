@@ -188,6 +188,9 @@ fn options_out_of_range_are_refused() {
     ] {
         place.refused(&format!("render toy.csv {arguments}"), &[word]);
     }
+    // An empty folder was left.
+    place.refused("render toy.csv --from-s 50 --out new", &["0 s to 6 s"]);
+    assert!(!place.path("new").exists());
 }
 
 #[test]
