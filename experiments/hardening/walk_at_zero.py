@@ -145,6 +145,13 @@ def facing(case: Case, starts: np.ndarray, rng: np.random.Generator) -> np.ndarr
     return starts
 
 
+def share_of_falls(actor: Actor, starts: int, duration_s: float, seed: int, **conditions: dict[str, float]) -> float:
+    """Of motions at 0 from random starts, under such conditions."""
+    controller = as_controller(actor)
+    motions = (controller.record(0.0, duration_s, seed=seed + start, **conditions) for start in range(starts))
+    return float(np.mean([motion.summary()["fell"] for motion in motions]))
+
+
 class Task:
     """What a candidate is judged by."""
 
@@ -167,15 +174,11 @@ class Task:
 
     def falls_late(self, actor: Actor, latency_s: float, seed: int) -> float:
         """Share of motions from random starts that fall when the actuators act late."""
-        controller, late = as_controller(actor), {"latency_s": latency_s}
-        motions = (controller.record(0.0, LATE_S, seed=seed + start, disturbance=late) for start in range(LATE))
-        return float(np.mean([motion.summary()["fell"] for motion in motions]))
+        return share_of_falls(actor, LATE, LATE_S, seed, disturbance={"latency_s": latency_s})
 
     def falls_raised(self, actor: Actor, height_m: float, seed: int) -> float:
         """Share of motions from random starts that fall when the hip's mass is so far above its axis."""
-        controller, body = as_controller(actor), {"hip_com_height_m": height_m}
-        motions = (controller.record(0.0, RAISED_S, seed=seed + start, body=body) for start in range(RAISED))
-        return float(np.mean([motion.summary()["fell"] for motion in motions]))
+        return share_of_falls(actor, RAISED, RAISED_S, seed, body={"hip_com_height_m": height_m})
 
     def starts(self, motions: list[gaitshift.Recording], rng: np.random.Generator, every: int = EVERY) -> np.ndarray:
         """States of the motions, positions and velocities side by side."""
