@@ -6,6 +6,7 @@ mod config;
 mod controller;
 mod criteria;
 mod durable;
+mod earned;
 mod edits;
 mod evaluations;
 mod hardening;
@@ -38,6 +39,7 @@ pub use config::{
 pub use controller::{Controller, ControllerError, Deterministic};
 pub use criteria::{AskedChange, AskedGait, Criteria};
 pub use durable::{sync_files, sync_folder, write as write_durably};
+pub use earned::{Earned, earned};
 pub use evaluations::{
     EvaluatedChange, EvaluatedChanges, EvaluatedCriterion, EvaluatedMotion, Evaluation, RunName,
 };

@@ -195,6 +195,14 @@ fn unreached(e: &Experiment) -> Vec<String> {
         );
     }
     let phases = &e.curriculum.phases;
+    for phase in phases {
+        if (phase.randomization.as_ref()).is_some_and(Randomization::changes_nothing) {
+            warnings.push(format!(
+                "`curriculum.phases.{}.randomization` changes nothing: its `share` is 0, or it gives no range",
+                phase.name
+            ));
+        }
+    }
     let ranges = || {
         phases.iter().flat_map(|phase| {
             let end = phase.omega_v_end.unwrap_or(phase.omega_v);

@@ -5,6 +5,7 @@ mod acceptance;
 mod common;
 mod config;
 mod criteria;
+mod earned;
 mod evaluations;
 mod extra;
 mod hardening;

@@ -206,6 +206,37 @@ fn what_is_never_reached_is_warned_of() {
     );
 }
 
+// It trained like a phase without any, in silence.
+#[test]
+fn a_randomization_that_changes_nothing_is_warned_of() {
+    let phase = |table: &str| format!("{PHASE}randomization = {{ {table} }}\n");
+    let told = [
+        "`curriculum.phases.only.randomization`",
+        "changes nothing",
+        "`share`",
+    ];
+    for table in [
+        "share = 0.7",
+        "share = 0.0, latency_s = [0.0, 0.02]",
+        "body = { friction = [1.0, 1.0] }",
+        "pushes = { interval_s = 2.0 }",
+    ] {
+        warned(&phase(table), &told);
+    }
+    for table in [
+        "latency_s = [0.0, 0.02]",
+        "body = { friction = [0.9, 1.0] }",
+        "hip_com_height_m = [0.0, 0.1]",
+        "actuator_factor = [0.8, 1.0]",
+        "noise = { h_m = 0.01 }",
+        "pushes = { forward_n = [-50.0, 50.0] }",
+    ] {
+        let warnings = review(&phase(table)).warnings;
+        let one = |w: &String| w.contains("changes nothing");
+        assert!(!warnings.iter().any(one), "{table}: {warnings:?}");
+    }
+}
+
 // Nothing was said of a hip's height in cm, an angle in degrees, and what else only its size tells.
 #[test]
 fn units_that_were_mistaken_are_warned_of() {

@@ -148,6 +148,20 @@ impl Randomization {
         }
     }
 
+    /// Whether no episode differs from another: no share of them is drawn, or no range changes anything.
+    pub fn changes_nothing(&self) -> bool {
+        let neutral = Self::changing_nothing();
+        let pushes = (self.pushes).filter(|push| [push.forward_n, push.up_n] != [[0.0; 2]; 2]);
+        let given = Self {
+            share: neutral.share,
+            actuator_factor: self.actuator_factor.or(neutral.actuator_factor),
+            pushes: pushes.or(neutral.pushes),
+            terrain: self.terrain.or(neutral.terrain),
+            ..self.clone()
+        };
+        self.share == 0.0 || given == neutral
+    }
+
     /// Draws what holds during one episode; nothing for one that stays as it is.
     pub(crate) fn draw(&self, base: &BodyParameters, rng: &mut impl Rng) -> Option<Conditions> {
         if rng.random::<f64>() >= self.share {

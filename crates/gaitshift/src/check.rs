@@ -5,10 +5,12 @@ use crate::failure::Failure;
 use crate::output;
 use crate::progress::{count, duration};
 use crate::train::{self, catch_interrupts};
-use gaitshift_experiment::{Experiment, Review, starting_controller, steps_per_second};
+use gaitshift_experiment::{
+    Earned, Experiment, Review, earned, starting_controller, steps_per_second,
+};
 use gaitshift_task::Randomization;
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Map, Value};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -31,6 +33,28 @@ struct Phase {
     changes: Vec<String>,
 }
 
+/// What the reward's terms earn at one command, by name.
+#[derive(Serialize)]
+struct Reward {
+    omega_v: f64,
+    duration_s: f64,
+    terms: Map<String, Value>,
+    sum: f64,
+}
+
+impl From<Earned> for Reward {
+    fn from(earned: Earned) -> Self {
+        let sum = earned.terms.iter().map(|(_, value)| value).sum();
+        let terms = earned.terms.into_iter();
+        Self {
+            omega_v: earned.omega_v,
+            duration_s: earned.duration_s,
+            terms: terms.map(|(name, value)| (name, value.into())).collect(),
+            sum,
+        }
+    }
+}
+
 #[derive(Serialize)]
 struct Report {
     name: String,
@@ -42,6 +66,7 @@ struct Report {
     steps: u64,
     steps_per_s: Option<f64>,
     phases: Vec<Phase>,
+    reward: Vec<Reward>,
     criteria: String,
     differences: Vec<String>,
     warnings: Vec<String>,
@@ -53,6 +78,7 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
     let seeds = train::seeds(arguments)?;
     starting_controller(&experiment).map_err(Failure::input)?;
     let review = Review::of(&arguments.experiment, &experiment).map_err(Failure::input)?;
+    let reward = earned(&experiment).map_err(Failure::input)?;
     let learner = &experiment.learner;
     let weights: usize = [
         &learner.actor_hidden,
@@ -89,6 +115,7 @@ pub fn run(arguments: &TrainArguments) -> Result<(), Failure> {
         steps: experiment.curriculum.total_steps(),
         steps_per_s,
         phases: phases(&experiment, steps_per_s),
+        reward: reward.into_iter().map(Reward::from).collect(),
         criteria: experiment.criteria.to_string(),
         differences: review.differences,
         warnings: review.warnings,
@@ -154,6 +181,7 @@ fn print(r: &Report) -> Result<(), Failure> {
         }
     }
     output::line("")?;
+    print_reward(&r.reward)?;
     output::list(&format!("Judged by {}.", r.criteria), 2)?;
     let list = |title: &str, lines: &[String]| -> Result<(), Failure> {
         output::line("")?;
@@ -173,6 +201,41 @@ fn print(r: &Report) -> Result<(), Failure> {
     } else {
         list("Warnings:", &r.warnings)
     }
+}
+
+/// How large the reward's terms are beside each other, one in each row.
+fn print_reward(motions: &[Reward]) -> Result<(), Failure> {
+    let Some(first) = motions.first() else {
+        return Ok(());
+    };
+    output::text(
+        "Reward of the last phase in a control period, where the shipped controller moves this body (mean of 10 s):",
+        2,
+    )?;
+    let row = |name: &str, value: &dyn Fn(&Reward) -> String| {
+        let values = motions.iter().map(value);
+        std::iter::once(name.to_owned()).chain(values).collect()
+    };
+    let number = |value: f64| match value.abs() {
+        size if size < 1e-4 && size > 0.0 || size >= 1e6 => format!("{value:.1e}"),
+        _ => format!("{value:.4}"),
+    };
+    let mut cells: Vec<Vec<String>> = vec![row("  term", &|r| format!("ω_v = {}", r.omega_v))];
+    for name in first.terms.keys() {
+        let value = |r: &Reward| r.terms[name].as_f64().unwrap_or(f64::NAN);
+        cells.push(row(&format!("  {name}"), &|r| number(value(r))));
+    }
+    cells.push(row("  sum", &|r| number(r.sum)));
+    let ended = |r: &Reward| r.duration_s < 9.99;
+    if motions.iter().any(ended) {
+        let when = |r: &Reward| match ended(r) {
+            true => format!("{:.1} s", r.duration_s),
+            false => "-".to_owned(),
+        };
+        cells.push(row("  fell, or was ended, after", &when));
+    }
+    (output::table(&cells, &[0]).iter()).try_for_each(|line| output::line(line))?;
+    output::line("")
 }
 
 fn phases(experiment: &Experiment, steps_per_s: Option<f64>) -> Vec<Phase> {

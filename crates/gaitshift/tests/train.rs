@@ -470,8 +470,23 @@ fn a_check_says_what_would_be_trained_and_trains_nothing() {
     ] {
         assert!(text.contains(word), "no {word} in {text}");
     }
+    let reward = text
+        .lines()
+        .skip_while(|l| !l.starts_with("Reward of the last"));
+    let reward: Vec<&str> = reward.take(14).collect();
+    for name in ["energy", "velocity", "alive", "sum"] {
+        let row = |l: &&str| l.trim_start().starts_with(name);
+        assert!(reward.iter().any(row), "no {name} in {reward:#?}");
+    }
     let value = place.json("train --check tiny.toml --set body.friction=0.5 --json");
     assert_eq!(value["steps"], 6000);
+    let motion = &value["reward"][0];
+    let terms = motion["terms"].as_object().unwrap().values();
+    let sum: f64 = terms.map(|term| term.as_f64().unwrap()).sum();
+    assert!(
+        (motion["sum"].as_f64().unwrap() - sum).abs() < 1e-9,
+        "{motion}"
+    );
     assert!(value["steps_per_s"].as_f64().unwrap() > 0.0, "{value}");
     assert_eq!(value["phases"][0]["to_step"], 6000);
     let warnings = value["warnings"].to_string();
