@@ -13,7 +13,7 @@ that the generation begins with; and search.pickle, from which the same command 
 beside the package; a generation takes about 25 s of two cores, with steps and `--hard` 40 s and more:
 
     pip install torch safetensors cma
-    before=controllers/robust/with-delays.safetensors
+    before=controllers/robust/shaped-when-slow.safetensors
     python experiments/hardening/walk_at_zero.py --controller $before --out out/walk
     python experiments/hardening/falls.py robust out/walk/40.safetensors
 
@@ -58,9 +58,9 @@ CLOSES = 0.6  # per rad/s: how fast the function of a swinging leg ends as it go
 FADES = 20.0  # per m/s: how fast all of it fades beyond a speed
 ENDS, ENDS_WITHIN = 0.2, 20.0  # |ω_v| in s/m up to which it is added, and how fast it ends beyond, per s/m
 
-STARTS, LONG_S, SETTLED_S = 27, 8.0, 6.0  # undisturbed motions, how long, and from when on they are a walk
+STARTS, LONG_S, SETTLED_S = 27, 18.0, 6.0  # undisturbed motions, how long, and from when on they are a walk
 AFTER_A_RUN = ((0.0, 2.0), (1.6, 2.0), (2.0, 0.0))  # s and s/m; in every third of them
-LAST, EVERY = 200, 16  # control periods at their end, and between two states that are pushed
+LAST, EVERY = 1200, 96  # control periods at their end, and between two states that are pushed: a walk may change speed for long
 UP, OVER = 260, 400  # control periods that it has to stay up from the push on, and has to get over a step
 AHEAD_M = (0.45, 0.96)  # how far before a step's face the hip is at first, over a whole step of the walk
 LATE, LATE_S = 54, 16.0  # motions with a latency, and how long
@@ -187,7 +187,7 @@ class Task:
 
     def find(self, case: Case, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
         """Of so many states of its walk those from which the controller falls now, or comes to a stand, and all others."""
-        rng, actor, every = np.random.default_rng(seed), Actor(self.controller), 5
+        rng, actor, every = np.random.default_rng(seed), Actor(self.controller), 30
         starts = facing(case, self.starts(self.walks(actor, seed, count * every // LAST), rng, every), rng)
         fell = self.fell(actor, starts, case)
         return starts[fell], starts[~fell]

@@ -3,11 +3,13 @@
 //! gait holds only where there is one, what is undefined is not met, and what is not met says why.
 
 use gaitshift_analysis::GaitClass;
+use gaitshift_analysis::recording::column;
 use gaitshift_body::{Body, BodyParameters};
 use gaitshift_experiment::{
-    AskedChange, AskedGait, Check, Control, Controller, Criteria, Deterministic, Judgement, judge,
+    AskedChange, AskedGait, Check, CommandProfile, Control, Controller, Criteria, Deterministic,
+    Judgement, Rollout, judge,
 };
-use gaitshift_task::{ACTION_SIZE, OBSERVATION_SIZE, TaskParameters};
+use gaitshift_task::{ACTION_SIZE, Disturbance, Environment, OBSERVATION_SIZE, TaskParameters};
 use std::path::Path;
 
 fn judged(action: [f32; 2], criteria: &Criteria) -> Judgement {
@@ -175,6 +177,48 @@ fn the_controllers_that_come_with_the_program_meet_what_is_said_of_them() {
         let mut control = Deterministic(&mut controller.policy);
         let j = judge(&body, &controller.task, &Criteria::default(), &mut control).unwrap();
         assert_eq!((j.met(), j.checks.len()), (met, 39), "{name}");
+    }
+}
+
+/// What docs/robustness.md says that `robust` withstands, from the start that is meant where none is named.
+#[test]
+fn robust_stays_up_where_it_was_meant_to() {
+    let mut robust = Controller::read(Path::new("robust")).unwrap();
+    let flat = Body::new(robust.body.clone()).unwrap();
+    let push = |forward_n, start_s| {
+        format!("[[pushes]]\nforward_n = {forward_n}\nup_n = 0\nstart_s = {start_s}\n")
+    };
+    let mut disturbances = vec![
+        "latency_s = 0.02\n".to_owned(),
+        "[terrain]\nslope_rad = 0.0523\nslope_from_m = 2\n".to_owned(),
+        "[terrain]\nslope_rad = -0.0523\nslope_from_m = 2\n".to_owned(),
+        "[[terrain.steps]]\nheight_m = 0.03\nat_m = 4.05\n".to_owned(),
+        "[[terrain.steps]]\nheight_m = -0.03\nat_m = 4.05\n".to_owned(),
+    ];
+    for forward_n in [250, -200] {
+        disturbances.extend([6.0, 6.3, 6.6].map(|start_s| push(forward_n, start_s)));
+    }
+    let start = Environment::start(&flat, &robust.task, None);
+    for text in disturbances {
+        let disturbance: Disturbance = toml::from_str(&text).unwrap();
+        let body = disturbance.place(flat.clone());
+        for omega_v in [0.0, 1.0, 2.0, 3.0] {
+            let recording = Rollout {
+                body: &body,
+                task: &robust.task,
+                start,
+                profile: &CommandProfile::constant(omega_v),
+                duration_s: 14.0,
+                seed: 0,
+                disturbance: Some(&disturbance),
+                controller: "robust",
+            }
+            .record(&mut Deterministic(&mut robust.policy))
+            .unwrap();
+            assert!(!recording.metadata.fell, "{omega_v}: {text}");
+            let x = recording.column(column::X_M);
+            assert!(x[x.len() - 1] > 4.0, "{omega_v} stands: {text}");
+        }
     }
 }
 

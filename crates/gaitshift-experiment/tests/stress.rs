@@ -55,6 +55,39 @@ fn limits_do_not_depend_on_the_threads_and_are_counted() {
     }
 }
 
+// The quick plan has none, so that nothing tried them.
+#[test]
+fn pushes_up_and_down_have_limits_of_their_own() {
+    let vertical = StressPlan {
+        kinds: vec![StressKind::Push],
+        seeds: vec![1],
+        vertical_pushes: true,
+        ..plan()
+    };
+    let found = of(&vertical, 1);
+    let which: Vec<&str> = found.limits.iter().map(|l| &*l.which).collect();
+    assert_eq!(
+        which,
+        [
+            "forward", "forward", "backward", "backward", "up", "up", "down", "down"
+        ]
+    );
+    let of_direction = |which| limit(&found, StressKind::Push, which).limits[0].unwrap();
+    let limits = ["forward", "backward", "up", "down"].map(of_direction);
+    assert!(limits.iter().all(|limit| *limit > 0.0), "{limits:?}");
+    // The run is pushed up by far more than it is pushed down before it falls.
+    assert!(limits[2] > 1.5 * limits[3], "{limits:?}");
+    // Those along the way are what they are without.
+    let level = of(
+        &StressPlan {
+            vertical_pushes: false,
+            ..vertical
+        },
+        1,
+    );
+    assert_eq!(level.limits[..], found.limits[..4]);
+}
+
 #[test]
 fn a_limit_holds_and_a_little_more_does_not() {
     let plan = StressPlan {

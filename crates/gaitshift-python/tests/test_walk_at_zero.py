@@ -110,6 +110,7 @@ def test_pushes_and_steps_are_counted_that_make_it_fall(script, tmp_path):
 
 def test_hard_states_are_those_that_fall_and_make_an_estimate_for_all(script, short, monkeypatch, tmp_path):
     monkeypatch.setattr(script, "UP", 200)
+    monkeypatch.setattr(script, "LAST", 120)
     flags = ["--pushes=-360:1", "--steps", "0.04:1", "--slower-than", "0.3", "--hard", "80"]
     task = script.Task(script.parsed(["--controller", str(WALKER), "--out", str(tmp_path), *flags]))
     task.found = [task.find(case, 80, 1) for case, _ in task.cases]

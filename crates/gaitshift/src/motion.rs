@@ -228,8 +228,6 @@ pub fn read_profile(path: &Path) -> Result<CommandProfile, Failure> {
     Ok(profile)
 }
 
-/// Writes a recording into a folder and gives its path. Pictures of an older recording that it takes the place of, which
-/// `gaitshift render` put beside that, are removed: they would show another motion than the file.
 /// Writes a recording as it is.
 pub fn write_csv(recording: &Recording, path: &Path) -> Result<(), Failure> {
     recording.write_csv(path).map_err(|error| match error {
@@ -238,6 +236,8 @@ pub fn write_csv(recording: &Recording, path: &Path) -> Result<(), Failure> {
     })
 }
 
+/// Writes a recording into a folder and gives its path. Pictures of an older recording that it takes the place of, which
+/// `gaitshift render` put beside that, are removed: they would show another motion than the file.
 pub fn write_recording(
     recording: &Recording,
     folder: &Path,

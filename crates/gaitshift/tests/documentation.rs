@@ -84,6 +84,26 @@ fn commands(page: &str) -> Vec<&str> {
         .collect()
 }
 
+/// Calls of the program within the text, but for those that stand for any command.
+fn inline(page: &str) -> impl Iterator<Item = &str> {
+    let quoted = page.split('`').skip(1).step_by(2);
+    quoted.filter(|text| text.starts_with("gaitshift ") && !text.contains("COMMAND"))
+}
+
+// Its tables were read by nothing.
+#[test]
+fn every_command_of_the_page_by_goal_is_one_that_the_program_takes() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/goals.md");
+    let place = Place::new();
+    let mut seen = 0;
+    for line in inline(&std::fs::read_to_string(page).unwrap()) {
+        let arguments = line.trim_start_matches("gaitshift ");
+        place.stdout(&format!("{arguments} --help"));
+        seen += 1;
+    }
+    assert!(seen > 20, "{seen}");
+}
+
 /// With `--help` at the end, all options before it are parsed, and nothing runs.
 #[test]
 fn every_command_line_of_the_documentation_is_one_that_the_program_takes() {

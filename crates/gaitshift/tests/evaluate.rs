@@ -631,6 +631,34 @@ fn the_ground_is_in_the_header_of_the_recording() {
     place.stdout("analyse out/omega_v_3.csv");
 }
 
+// Nothing tried a motion on it.
+#[test]
+fn uneven_ground_moves_the_feet_and_its_seed_makes_it() {
+    let place = Place::new();
+    let row = |options: &str| {
+        let value = place.json(&format!(
+            "evaluate --omega-v 3 --duration-s 4 --json {options}"
+        ));
+        value["rows"][0].clone()
+    };
+    let flat = row("");
+    let uneven = row("--uneven 1cm");
+    let terrain = &uneven["disturbance"]["terrain"]["uneven"];
+    assert_eq!(terrain["height_m"], 0.01, "{uneven}");
+    assert_ne!(uneven["speed_m_per_s"], flat["speed_m_per_s"]);
+    assert_eq!(uneven, row("--uneven 1cm"));
+    place.stdout("evaluate --omega-v 3 --duration-s 4 --uneven 1cm --out out");
+    let text = String::from_utf8(place.read("out/omega_v_3.csv")).unwrap();
+    let header = text.lines().next().unwrap();
+    let metadata: Value = serde_json::from_str(&header[header.find('{').unwrap()..]).unwrap();
+    let ground = metadata["ground"].as_array().unwrap();
+    let heights = ground.iter().map(|point| point[1].as_f64().unwrap());
+    let (low, high) = heights.fold((0.0_f64, 0.0_f64), |(low, high), h| {
+        (low.min(h), high.max(h))
+    });
+    assert!(low < -0.003 && high > 0.003, "{low} {high}");
+}
+
 #[test]
 fn disturbances_that_make_no_sense_are_refused_with_what_would() {
     let place = Place::new();

@@ -488,7 +488,16 @@ fn a_check_says_what_would_be_trained_and_trains_nothing() {
         "{motion}"
     );
     assert!(value["steps_per_s"].as_f64().unwrap() > 0.0, "{value}");
-    assert_eq!(value["phases"][0]["to_step"], 6000);
+    let phase = &value["phases"][0];
+    assert_eq!(
+        (&phase["to_step"], &phase["from_s"]),
+        (&6000.into(), &0.0.into())
+    );
+    let expected_s = 6000.0 / value["steps_per_s"].as_f64().unwrap();
+    assert!(
+        (phase["to_s"].as_f64().unwrap() - expected_s).abs() < 1e-6,
+        "{phase}"
+    );
     let warnings = value["warnings"].to_string();
     assert!(warnings.contains("metrics_interval_steps"), "{value}");
     assert!(text.contains("Judged by 39 criteria: 8 commands"), "{text}");

@@ -31,6 +31,36 @@ fn json_has_the_promised_fields_and_writes_no_file() {
     assert_eq!(std::fs::read_dir(place.path("")).unwrap().count(), 0);
 }
 
+// Options that disturb were only in its help.
+#[test]
+fn a_disturbed_change_says_what_disturbed_it_and_is_another_motion() {
+    let place = Place::new();
+    let change = "transition --start-s 3 --ramp-s 0.4 --after-s 3 --controller robust --json";
+    let undisturbed = place.json(change);
+    assert!(undisturbed.get("disturbance").is_none_or(|d| d.is_null()));
+    place.write("late.toml", "latency_s = 0.01\n");
+    for options in [
+        "--push 100@4",
+        "--slope 1deg@1",
+        "--step-up 1cm@6",
+        "--uneven 5mm",
+        "--latency 10ms",
+        "--weak 0.95",
+        "--noise theta=0.02",
+        "--disturbance late.toml",
+    ] {
+        let disturbed = place.json(&format!("{change} {options}"));
+        assert!(
+            disturbed["disturbance"].is_object(),
+            "{options}: {disturbed}"
+        );
+        assert_ne!(
+            disturbed["speed_after_m_per_s"], undisturbed["speed_after_m_per_s"],
+            "{options}"
+        );
+    }
+}
+
 #[test]
 fn without_json_it_writes_the_figure_and_the_recording() {
     let place = Place::new();
