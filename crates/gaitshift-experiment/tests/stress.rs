@@ -65,7 +65,7 @@ fn pushes_up_and_down_have_limits_of_their_own() {
         ..plan()
     };
     let found = of(&vertical, 1);
-    let which: Vec<&str> = found.limits.iter().map(|l| &*l.which).collect();
+    let which: Vec<&str> = found.limits.iter().map(|l| l.which).collect();
     assert_eq!(
         which,
         [
