@@ -20,8 +20,8 @@ pub struct Earned {
     pub terms: Vec<(String, f64)>,
 }
 
-/// Moves the experiment's body by the shipped controller, at the commands at which a gait is judged, and means the terms of the
-/// reward that holds at the end of the last phase. A controller that is yet to be trained will earn something else; the order
+/// Moves the experiment's body by the shipped controller, at the commands at which a gait is judged, and takes the mean of each
+/// term of the reward that holds at the end of the last phase. A controller that is yet to be trained will earn something else; the order
 /// of magnitude is what this tells.
 ///
 /// # Errors
@@ -78,16 +78,13 @@ pub fn earned(experiment: &Experiment) -> Result<Vec<Earned>, ControllerError> {
                 .collect(),
         });
     }
-    let earns = |name: &str| {
+    let earns = |name: &String| {
         let mut all = motions.iter().flat_map(|motion| &motion.terms);
         all.any(|(other, value)| other == name && *value != 0.0)
     };
-    let kept: Vec<bool> = names.iter().map(|name| earns(name)).collect();
+    let earning: Vec<String> = names.into_iter().filter(earns).collect();
     for motion in &mut motions {
-        let mut kept = kept.iter();
-        motion
-            .terms
-            .retain(|_| kept.next().copied().unwrap_or(false));
+        motion.terms.retain(|(name, _)| earning.contains(name));
     }
     Ok(motions)
 }

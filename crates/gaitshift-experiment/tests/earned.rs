@@ -82,7 +82,7 @@ fn own_terms_have_the_last_phases_weight_and_what_earns_nothing_is_left_out() {
 }
 
 #[test]
-fn a_motion_that_is_ended_is_meant_to_its_end() {
+fn the_means_of_a_motion_that_is_ended_are_up_to_its_end() {
     let e = experiment(
         "base = \"fast\"\n\
          [[task.reward.extra]]\nname = \"one\"\nweight = 1.0\nexpression = \"1\"\n\
