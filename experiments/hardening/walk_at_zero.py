@@ -10,7 +10,7 @@ put a layer before it.
 
 OUT gets a controller every five generations, of the mean that CMA-ES has come to; log.csv, in which a row is of the mean
 that the generation begins with; and search.pickle, from which the same command goes on. Needs PyTorch, safetensors and cma
-beside the package; a generation takes about 25 s of two cores, with steps and `--hard` 40 s and more:
+beside the package; a generation takes about 35 s of two cores, with steps, a latency and a raised body 80 s and more:
 
     pip install torch safetensors cma
     before=controllers/robust/shaped-when-slow.safetensors
