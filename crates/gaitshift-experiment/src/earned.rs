@@ -6,18 +6,22 @@ use crate::{Controller, ControllerError, Deterministic};
 use gaitshift_body::Body;
 use gaitshift_task::{Environment, RewardTerms};
 
-/// How long it moves, in s.
-const LONG_S: f64 = 10.0;
-
 /// The terms of a reward in a motion of the shipped controller.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Earned {
     /// The command, in s/m.
     pub omega_v: f64,
-    /// How long it moved, in s; less than 10 where the episode ended.
+    /// How long it moved, in s: up to [`Earned::LONG_S`].
     pub duration_s: f64,
+    /// Whether a fall or a rule of the task ended it.
+    pub ended: bool,
     /// Name of each term and its mean in a control period, before the common factor; without those that are 0 at every command.
     pub terms: Vec<(String, f64)>,
+}
+
+impl Earned {
+    /// How long it moves, in s.
+    pub const LONG_S: f64 = 10.0;
 }
 
 /// Moves the experiment's body by the shipped controller, at the commands at which a gait is judged, and takes the mean of each
@@ -52,9 +56,10 @@ pub fn earned(experiment: &Experiment) -> Result<Vec<Earned>, ControllerError> {
     for omega_v in commands {
         let mut simulation = Simulation::new(&body, &task, start, omega_v);
         let mut sums = vec![0.0; names.len()];
-        let mut periods = 0_u32;
-        while simulation.time_s() < LONG_S {
-            let ended = simulation.step(omega_v, None, &mut Deterministic(&mut controller.policy));
+        let (mut periods, mut ended) = (0_u32, false);
+        while simulation.time_s() < Earned::LONG_S && !ended {
+            let mut control = Deterministic(&mut controller.policy);
+            ended = simulation.step(omega_v, None, &mut control).is_some();
             let terms = simulation.terms();
             for (sum, value) in sums
                 .iter_mut()
@@ -63,14 +68,12 @@ pub fn earned(experiment: &Experiment) -> Result<Vec<Earned>, ControllerError> {
                 *sum += value;
             }
             periods += 1;
-            if ended.is_some() {
-                break;
-            }
         }
         let mean = |sum: f64| sum / f64::from(periods.max(1));
         motions.push(Earned {
             omega_v,
             duration_s: simulation.time_s(),
+            ended,
             terms: names
                 .iter()
                 .cloned()

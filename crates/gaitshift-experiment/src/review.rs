@@ -127,9 +127,9 @@ fn randomized(old: &mut Phase, new: &mut Phase) -> Option<String> {
     let (from, to) = match (&mut old.randomization, &mut new.randomization) {
         (None, None) => return None,
         (Some(old), Some(new)) => {
-            let (given, other) = (old.clone(), new.clone());
-            told_like(old, &other);
-            told_like(new, &given);
+            for one in [old, new] {
+                *one = one.clone().in_full();
+            }
             return None;
         }
         (None, Some(_)) => ("nothing", "what the phase draws"),
@@ -140,20 +140,6 @@ fn randomized(old: &mut Phase, new: &mut Phase) -> Option<String> {
     Some(format!(
         "`curriculum.phases.{name}.randomization` from {from} to {to}"
     ))
-}
-
-/// Gives a randomization the ranges that another has and it leaves out, as those that change nothing.
-fn told_like(one: &mut Randomization, other: &Randomization) {
-    let neutral = Randomization::changing_nothing();
-    if other.actuator_factor.is_some() {
-        one.actuator_factor = one.actuator_factor.or(neutral.actuator_factor);
-    }
-    if other.pushes.is_some() {
-        one.pushes = one.pushes.or(neutral.pushes);
-    }
-    if other.terrain.is_some() {
-        one.terrain = one.terrain.or(neutral.terrain);
-    }
 }
 
 /// Times and commands that the run never comes to.

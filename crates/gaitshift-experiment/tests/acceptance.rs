@@ -2,14 +2,14 @@
 //! that does not walk meets none of those that ask for a gait, what is asked of a gait or of a change of
 //! gait holds only where there is one, what is undefined is not met, and what is not met says why.
 
+use crate::common::moved;
 use gaitshift_analysis::GaitClass;
 use gaitshift_analysis::recording::column;
 use gaitshift_body::{Body, BodyParameters};
 use gaitshift_experiment::{
-    AskedChange, AskedGait, Check, CommandProfile, Control, Controller, Criteria, Deterministic,
-    Judgement, Rollout, judge,
+    AskedChange, AskedGait, Check, Control, Controller, Criteria, Deterministic, Judgement, judge,
 };
-use gaitshift_task::{ACTION_SIZE, Disturbance, Environment, OBSERVATION_SIZE, TaskParameters};
+use gaitshift_task::{ACTION_SIZE, Disturbance, OBSERVATION_SIZE, TaskParameters};
 use std::path::Path;
 
 fn judged(action: [f32; 2], criteria: &Criteria) -> Judgement {
@@ -184,7 +184,6 @@ fn the_controllers_that_come_with_the_program_meet_what_is_said_of_them() {
 #[test]
 fn robust_stays_up_where_it_was_meant_to() {
     let mut robust = Controller::read(Path::new("robust")).unwrap();
-    let flat = Body::new(robust.body.clone()).unwrap();
     let push = |forward_n, start_s| {
         format!("[[pushes]]\nforward_n = {forward_n}\nup_n = 0\nstart_s = {start_s}\n")
     };
@@ -198,23 +197,10 @@ fn robust_stays_up_where_it_was_meant_to() {
     for forward_n in [250, -200] {
         disturbances.extend([6.0, 6.3, 6.6].map(|start_s| push(forward_n, start_s)));
     }
-    let start = Environment::start(&flat, &robust.task, None);
     for text in disturbances {
         let disturbance: Disturbance = toml::from_str(&text).unwrap();
-        let body = disturbance.place(flat.clone());
         for omega_v in [0.0, 1.0, 2.0, 3.0] {
-            let recording = Rollout {
-                body: &body,
-                task: &robust.task,
-                start,
-                profile: &CommandProfile::constant(omega_v),
-                duration_s: 14.0,
-                seed: 0,
-                disturbance: Some(&disturbance),
-                controller: "robust",
-            }
-            .record(&mut Deterministic(&mut robust.policy))
-            .unwrap();
+            let recording = moved(&mut robust, &disturbance, None, omega_v, 14.0);
             assert!(!recording.metadata.fell, "{omega_v}: {text}");
             let x = recording.column(column::X_M);
             assert!(x[x.len() - 1] > 4.0, "{omega_v} stands: {text}");

@@ -1,12 +1,10 @@
 //! Contract: the means told of an experiment's reward are those of the shipped controller's motion on its body, under the last
 //! phase's weights and own terms, up to where an episode ends; what earns nothing anywhere is left out.
 
+use crate::common::moved;
 use gaitshift_analysis::recording::column;
-use gaitshift_body::Body;
-use gaitshift_experiment::{
-    CommandProfile, Controller, Deterministic, Earned, Experiment, Rollout, earned,
-};
-use gaitshift_task::Environment;
+use gaitshift_experiment::{Controller, Earned, Experiment, earned};
+use gaitshift_task::Disturbance;
 
 fn experiment(text: &str) -> Experiment {
     let folder = tempfile::tempdir().unwrap();
@@ -24,7 +22,6 @@ fn term(earned: &Earned, name: &str) -> Option<f64> {
 fn the_means_are_those_of_a_recording() {
     let e = experiment("base = \"fast\"\n[body]\nfriction = 1.2\n");
     let motions = earned(&e).unwrap();
-    let body = Body::new(e.body.clone()).unwrap();
     let last = e.curriculum.total_steps() - 1;
     let settings = e.curriculum.at(last, &e.task.reward);
     let commands: Vec<f64> = motions.iter().map(|motion| motion.omega_v).collect();
@@ -33,18 +30,14 @@ fn the_means_are_those_of_a_recording() {
     task.reward = settings.reward;
     for motion in &motions {
         let mut controller = Controller::shipped().unwrap();
-        let recording = Rollout {
-            body: &body,
-            task: &task,
-            start: Environment::start(&body, &task, None),
-            profile: &CommandProfile::constant(motion.omega_v),
-            duration_s: 10.0,
-            seed: 0,
-            disturbance: None,
-            controller: "",
-        }
-        .record(&mut Deterministic(&mut controller.policy))
-        .unwrap();
+        (controller.body, controller.task) = (e.body.clone(), task.clone());
+        let recording = moved(
+            &mut controller,
+            &Disturbance::default(),
+            None,
+            motion.omega_v,
+            10.0,
+        );
         for (name, column) in [
             ("energy", column::REWARD_ENERGY),
             ("velocity", column::REWARD_VELOCITY),
@@ -57,7 +50,7 @@ fn the_means_are_those_of_a_recording() {
             let told = term(motion, name).unwrap_or(0.0);
             assert!((told - mean).abs() < 1e-9, "{name}: {told}, {mean}");
         }
-        assert!((motion.duration_s - 10.0).abs() < 1e-9);
+        assert!((motion.duration_s - 10.0).abs() < 1e-9 && !motion.ended);
     }
 }
 
@@ -89,7 +82,10 @@ fn the_means_of_a_motion_that_is_ended_are_up_to_its_end() {
          [[task.termination.extra]]\nname = \"soon\"\nexpression = \"time_s > 1\"\n",
     );
     for motion in earned(&e).unwrap() {
-        assert!((motion.duration_s - 1.0).abs() < 0.05, "{motion:?}");
+        assert!(
+            (motion.duration_s - 1.0).abs() < 0.05 && motion.ended,
+            "{motion:?}"
+        );
         assert!((term(&motion, "one").unwrap() - 1.0).abs() < 1e-12);
     }
 }

@@ -2,10 +2,11 @@
 //! with its duration or with the fall and says which; the task's time limit does not end it; a motion that diverges
 //! ends with its last finite state. Its details are those of the same motion taken one integration step at a time. What disturbs it comes when it should, and the header says so.
 
+use crate::common::moved;
 use gaitshift_analysis::recording::{Column, Recording, Side, column, detail};
 use gaitshift_analysis::support::{ContactRule, FootEventKind, Support};
 use gaitshift_body::{Body, BodyParameters, BodyState, EnergyAccount};
-use gaitshift_experiment::{CommandProfile, Controller, Deterministic, Rollout};
+use gaitshift_experiment::{CommandProfile, Controller, Rollout};
 use gaitshift_task::{
     ACTION_SIZE, Disturbance, Environment, OBSERVATION_SIZE, Push, TaskParameters,
     TerrainParameters,
@@ -44,19 +45,7 @@ fn rollout<'a>(
 /// The shipped controller on what a disturbance makes of the default body.
 fn disturbed(disturbance: &Disturbance, omega_v: f64, duration_s: f64) -> Recording {
     let mut controller = Controller::shipped().unwrap();
-    let body = disturbance.place(Body::new(controller.body.clone()).unwrap());
-    Rollout {
-        body: &body,
-        task: &controller.task,
-        start: Environment::start(&body, &controller.task, Some(5)),
-        profile: &CommandProfile::constant(omega_v),
-        duration_s,
-        seed: 3,
-        disturbance: Some(disturbance),
-        controller: "shipped",
-    }
-    .record(&mut Deterministic(&mut controller.policy))
-    .unwrap()
+    moved(&mut controller, disturbance, Some(5), omega_v, duration_s)
 }
 
 #[test]

@@ -2,12 +2,10 @@
 //! a body that falls undisturbed has no limits; kinds of disturbances that are asked for alone have the limits they have among
 //! all.
 
+use crate::common::moved;
 use gaitshift_body::Body;
-use gaitshift_experiment::{
-    CommandProfile, Controller, Deterministic, Limit, Rollout, Stress, StressKind, StressPlan,
-    stress,
-};
-use gaitshift_task::{Disturbance, Environment};
+use gaitshift_experiment::{Controller, Limit, Stress, StressKind, StressPlan, stress};
+use gaitshift_task::Disturbance;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn plan() -> StressPlan {
@@ -98,27 +96,15 @@ fn a_limit_holds_and_a_little_more_does_not() {
     let found = of(&plan, 1);
     let latency_s = limit(&found, StressKind::Latency, "").limits[0].unwrap();
     let mut controller = Controller::shipped().unwrap();
-    let body = Body::new(controller.body.clone()).unwrap();
     // From its start on a motion is harder to bear late than from a settled one, so that only what is far too much is
     // tried that way.
     let mut falls = |latency_s: f64| {
-        let disturbance = Disturbance {
+        let late = Disturbance {
             latency_s,
             ..Disturbance::default()
         };
-        let recording = Rollout {
-            body: &body,
-            task: &controller.task,
-            start: Environment::start(&body, &controller.task, Some(1)),
-            profile: &CommandProfile::constant(3.0),
-            duration_s: 5.0,
-            seed: 1,
-            disturbance: Some(&disturbance),
-            controller: "shipped",
-        }
-        .record(&mut Deterministic(&mut controller.policy))
-        .unwrap();
-        recording.metadata.fell
+        let motion = moved(&mut controller, &late, Some(1), 3.0, 5.0);
+        motion.metadata.fell
     };
     assert!(latency_s > 0.004 && latency_s < 0.05, "{latency_s}");
     assert!(!falls(0.25 * latency_s) && falls(3.0 * latency_s));

@@ -148,18 +148,27 @@ impl Randomization {
         }
     }
 
+    /// The same with every range that can be given; those that it leaves out change nothing.
+    pub fn in_full(self) -> Self {
+        let neutral = Self::changing_nothing();
+        Self {
+            actuator_factor: self.actuator_factor.or(neutral.actuator_factor),
+            pushes: self.pushes.or(neutral.pushes),
+            terrain: self.terrain.or(neutral.terrain),
+            ..self
+        }
+    }
+
     /// Whether no episode differs from another: no share of them is drawn, or no range changes anything.
     pub fn changes_nothing(&self) -> bool {
         let neutral = Self::changing_nothing();
         let pushes = (self.pushes).filter(|push| [push.forward_n, push.up_n] != [[0.0; 2]; 2]);
         let given = Self {
             share: neutral.share,
-            actuator_factor: self.actuator_factor.or(neutral.actuator_factor),
-            pushes: pushes.or(neutral.pushes),
-            terrain: self.terrain.or(neutral.terrain),
+            pushes,
             ..self.clone()
         };
-        self.share == 0.0 || given == neutral
+        self.share == 0.0 || given.in_full() == neutral
     }
 
     /// Draws what holds during one episode; nothing for one that stays as it is.

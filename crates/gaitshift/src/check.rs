@@ -38,6 +38,8 @@ struct Phase {
 struct Reward {
     omega_v: f64,
     duration_s: f64,
+    #[serde(skip)]
+    ended: bool,
     terms: Map<String, Value>,
     sum: f64,
 }
@@ -49,6 +51,7 @@ impl From<Earned> for Reward {
         Self {
             omega_v: earned.omega_v,
             duration_s: earned.duration_s,
+            ended: earned.ended,
             terms: terms.map(|(name, value)| (name, value.into())).collect(),
             sum,
         }
@@ -208,10 +211,11 @@ fn print_reward(motions: &[Reward]) -> Result<(), Failure> {
     let Some(first) = motions.first() else {
         return Ok(());
     };
-    output::text(
-        "Reward of the last phase in a control period, where the shipped controller moves this body (mean of 10 s):",
-        2,
-    )?;
+    let heading = format!(
+        "Reward of the last phase in a control period, where the shipped controller moves this body (mean of {} s):",
+        Earned::LONG_S
+    );
+    output::text(&heading, 2)?;
     let row = |name: &str, value: &dyn Fn(&Reward) -> String| {
         let values = motions.iter().map(value);
         std::iter::once(name.to_owned()).chain(values).collect()
@@ -222,13 +226,17 @@ fn print_reward(motions: &[Reward]) -> Result<(), Failure> {
     };
     let mut cells: Vec<Vec<String>> = vec![row("  term", &|r| format!("ω_v = {}", r.omega_v))];
     for name in first.terms.keys() {
-        let value = |r: &Reward| r.terms[name].as_f64().unwrap_or(f64::NAN);
+        let value = |r: &Reward| {
+            r.terms
+                .get(name)
+                .and_then(Value::as_f64)
+                .unwrap_or(f64::NAN)
+        };
         cells.push(row(&format!("  {name}"), &|r| number(value(r))));
     }
     cells.push(row("  sum", &|r| number(r.sum)));
-    let ended = |r: &Reward| r.duration_s < 9.99;
-    if motions.iter().any(ended) {
-        let when = |r: &Reward| match ended(r) {
+    if motions.iter().any(|r| r.ended) {
+        let when = |r: &Reward| match r.ended {
             true => format!("{:.1} s", r.duration_s),
             false => "-".to_owned(),
         };

@@ -90,6 +90,12 @@ fn inline(page: &str) -> impl Iterator<Item = &str> {
     quoted.filter(|text| text.starts_with("gaitshift ") && !text.contains("COMMAND"))
 }
 
+/// With `--help` at the end, all options before it are parsed, and nothing runs.
+fn is_taken(place: &Place, line: &str) {
+    let arguments = line.trim_start_matches("gaitshift ");
+    place.stdout(&format!("{arguments} --help"));
+}
+
 // Its tables were read by nothing.
 #[test]
 fn every_command_of_the_page_by_goal_is_one_that_the_program_takes() {
@@ -97,14 +103,12 @@ fn every_command_of_the_page_by_goal_is_one_that_the_program_takes() {
     let place = Place::new();
     let mut seen = 0;
     for line in inline(&std::fs::read_to_string(page).unwrap()) {
-        let arguments = line.trim_start_matches("gaitshift ");
-        place.stdout(&format!("{arguments} --help"));
+        is_taken(&place, line);
         seen += 1;
     }
     assert!(seen > 20, "{seen}");
 }
 
-/// With `--help` at the end, all options before it are parsed, and nothing runs.
 #[test]
 fn every_command_line_of_the_documentation_is_one_that_the_program_takes() {
     let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -115,8 +119,7 @@ fn every_command_line_of_the_documentation_is_one_that_the_program_takes() {
     let mut seen = 0;
     for page in pages.chain([repository.join("README.md")]) {
         for line in commands(&std::fs::read_to_string(&page).unwrap()) {
-            let arguments = line.trim_start_matches("gaitshift ");
-            place.stdout(&format!("{arguments} --help"));
+            is_taken(&place, line);
             seen += 1;
         }
     }

@@ -617,13 +617,18 @@ fn a_disturbed_motion_says_what_disturbed_it() {
     assert_eq!(row("--disturbance d.toml --latency 0.002"), pushed);
 }
 
+/// What the first line of a recording says.
+fn header(place: &Place, recording: &str) -> Value {
+    let text = String::from_utf8(place.read(recording)).unwrap();
+    let line = text.lines().next().unwrap();
+    serde_json::from_str(&line[line.find('{').unwrap()..]).unwrap()
+}
+
 #[test]
 fn the_ground_is_in_the_header_of_the_recording() {
     let place = Place::new();
     place.stdout("evaluate --omega-v 3 --duration-s 3 --slope 2deg@1 --step-down 2cm@2 --out out");
-    let text = String::from_utf8(place.read("out/omega_v_3.csv")).unwrap();
-    let header = text.lines().next().unwrap();
-    let metadata: Value = serde_json::from_str(&header[header.find('{').unwrap()..]).unwrap();
+    let metadata = header(&place, "out/omega_v_3.csv");
     assert_eq!(metadata["ground"][1], json!([1.0, 0.0]));
     let steps = &metadata["disturbance"]["terrain"]["steps"];
     assert_eq!(steps[0], json!({"height_m": -0.02, "at_m": 2.0}));
@@ -648,9 +653,7 @@ fn uneven_ground_moves_the_feet_and_its_seed_makes_it() {
     assert_ne!(uneven["speed_m_per_s"], flat["speed_m_per_s"]);
     assert_eq!(uneven, row("--uneven 1cm"));
     place.stdout("evaluate --omega-v 3 --duration-s 4 --uneven 1cm --out out");
-    let text = String::from_utf8(place.read("out/omega_v_3.csv")).unwrap();
-    let header = text.lines().next().unwrap();
-    let metadata: Value = serde_json::from_str(&header[header.find('{').unwrap()..]).unwrap();
+    let metadata = header(&place, "out/omega_v_3.csv");
     let ground = metadata["ground"].as_array().unwrap();
     let heights = ground.iter().map(|point| point[1].as_f64().unwrap());
     let (low, high) = heights.fold((0.0_f64, 0.0_f64), |(low, high), h| {

@@ -1,8 +1,12 @@
-//! A run that takes a second, and observers for it.
+//! A run that takes a second, and observers for it; motions of a controller that are disturbed.
 #![allow(dead_code)] // Each test file uses some of it.
 
-use gaitshift_experiment::{Experiment, Judgement, Observer, Progress};
-use gaitshift_task::Overrides;
+use gaitshift_analysis::recording::Recording;
+use gaitshift_body::Body;
+use gaitshift_experiment::{
+    CommandProfile, Controller, Deterministic, Experiment, Judgement, Observer, Progress, Rollout,
+};
+use gaitshift_task::{Disturbance, Environment, Overrides};
 use std::path::Path;
 
 /// A run of 6000 steps that passes through three phases, three evaluations and two checkpoints.
@@ -114,4 +118,27 @@ pub fn file(folder: &Path, name: &str) -> Vec<u8> {
 
 pub fn text(folder: &Path, name: &str) -> String {
     String::from_utf8(file(folder, name)).unwrap()
+}
+
+/// What a controller does from a start, by its seed or the default one, on what a disturbance makes of its body.
+pub fn moved(
+    controller: &mut Controller,
+    disturbance: &Disturbance,
+    start: Option<u64>,
+    omega_v: f64,
+    duration_s: f64,
+) -> Recording {
+    let body = disturbance.place(Body::new(controller.body.clone()).unwrap());
+    Rollout {
+        body: &body,
+        task: &controller.task,
+        start: Environment::start(&body, &controller.task, start),
+        profile: &CommandProfile::constant(omega_v),
+        duration_s,
+        seed: start.unwrap_or(0),
+        disturbance: Some(disturbance),
+        controller: "moved",
+    }
+    .record(&mut Deterministic(&mut controller.policy))
+    .unwrap()
 }
