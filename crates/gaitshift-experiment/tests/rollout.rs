@@ -1,15 +1,16 @@
 //! Contract: a rollout records every control period of the environment it moves, command by command, to the bit; it ends
 //! with its duration or with the fall and says which; the task's time limit does not end it; a motion that diverges
-//! ends with its last finite state. Its details are those of the same motion taken one integration step at a time. What disturbs it comes when it should, and the header says so.
+//! ends with its last finite state. Its details are those of the same motion taken one integration step at a time. What disturbs it comes when it should, and the header says so;
+//! in an environment, which cannot look ahead, a push at a phase of the stride comes as near to it as strides are alike.
 
 use crate::common::moved;
 use gaitshift_analysis::recording::{Column, Recording, Side, column, detail};
 use gaitshift_analysis::support::{ContactRule, FootEventKind, Support};
 use gaitshift_body::{Body, BodyParameters, BodyState, EnergyAccount};
-use gaitshift_experiment::{CommandProfile, Controller, Rollout};
+use gaitshift_experiment::{CommandProfile, Control, Controller, Deterministic, Rollout};
 use gaitshift_task::{
-    ACTION_SIZE, Disturbance, Environment, OBSERVATION_SIZE, Push, TaskParameters,
-    TerrainParameters,
+    ACTION_SIZE, Disturbance, Environment, OBSERVATION_SIZE, Opening, Push, TaskParameters,
+    TerrainParameters, Touchdowns, VectorEnvironment, scale_observation,
 };
 
 type Observation = [f32; OBSERVATION_SIZE];
@@ -63,16 +64,19 @@ fn a_disturbance_that_is_none_changes_nothing() {
     );
 }
 
+/// When the right foot comes down, from a time on, in s.
+fn right_landings(recording: &Recording, from_s: f64) -> Vec<f64> {
+    let support = Support::find(recording, &ContactRule::default());
+    let landings = support.events().iter().filter(|e| {
+        e.side == Side::Right && e.kind == FootEventKind::Touchdown && e.time_s >= from_s
+    });
+    landings.map(|e| e.time_s).collect()
+}
+
 #[test]
 fn a_push_at_a_phase_of_the_stride_comes_then_and_the_header_says_when() {
     let quiet = disturbed(&Disturbance::default(), 3.0, 6.0);
-    let support = Support::find(&quiet, &ContactRule::default());
-    let landings: Vec<f64> = support
-        .events()
-        .iter()
-        .filter(|e| e.side == Side::Right && e.kind == FootEventKind::Touchdown && e.time_s >= 4.0)
-        .map(|e| e.time_s)
-        .collect();
+    let landings = right_landings(&quiet, 4.0);
     let expected_s = landings[0] + 0.25 * (landings[1] - landings[0]);
     let pushed = disturbed(
         &Disturbance {
@@ -99,6 +103,97 @@ fn a_push_at_a_phase_of_the_stride_comes_then_and_the_header_says_when() {
         (expected_s..expected_s + 0.011).contains(&time_s),
         "{time_s}"
     );
+}
+
+/// Where the hip is after each control period in a disturbed environment that the shipped controller moves, and is saved and
+/// restored in each of them.
+fn moved_in_an_environment(disturbance: &Disturbance, omega_v: f64, periods: usize) -> Vec<f64> {
+    let mut controller = Controller::shipped().unwrap();
+    let body = Body::new(controller.body.clone()).unwrap();
+    let mut environment = VectorEnvironment::new(body, controller.task.clone(), [omega_v; 2], 1)
+        .disturbed(disturbance.clone())
+        .unwrap();
+    environment.seed(0, 5);
+    let mut observation = environment.reset(0, Opening::default()).observation;
+    let mut policy = Deterministic(&mut controller.policy);
+    let (mut scaled, mut action) = ([0.0; OBSERVATION_SIZE], [0.0; ACTION_SIZE]);
+    let period = |_| {
+        scale_observation(&observation, &mut scaled);
+        policy.act(&scaled, &mut action);
+        observation = environment.step(0, action.map(f64::from)).observation;
+        let saved = serde_json::to_string(&environment.state()).unwrap();
+        assert!(environment.restore(serde_json::from_str(&saved).unwrap()));
+        environment.environment(0).state.x
+    };
+    (0..periods).map(period).collect()
+}
+
+#[test]
+fn an_environment_pushes_at_a_phase_of_the_stride_that_it_expects() {
+    for (omega_v, phase) in [
+        (0.0, 0.0),
+        (0.0, 0.6),
+        (1.0, 0.25),
+        (2.0, 0.9),
+        (3.0, 0.0),
+        (3.0, 0.5),
+    ] {
+        let quiet = disturbed(&Disturbance::default(), omega_v, 13.0);
+        let landings = right_landings(&quiet, 9.0);
+        let stride_s = landings[1] - landings[0];
+        let disturbance = Disturbance {
+            pushes: vec![Push {
+                forward_n: 60.0,
+                start_s: 9.0,
+                phase: Some(phase),
+                ..Push::default()
+            }],
+            ..Disturbance::default()
+        };
+        let x_m = &quiet.column(column::X_M)[1..];
+        let moved = moved_in_an_environment(&disturbance, omega_v, x_m.len());
+        // Both motions are one until then, and two from then on.
+        let first = x_m.iter().zip(&moved).position(|(a, b)| a != b).unwrap();
+        let time_s = quiet.column(column::TIME_S)[first];
+        // At 0 strides differ by some percent. A touchdown is seen at the end of its control period.
+        let off_s = time_s - landings[0] - phase * stride_s;
+        let most_s = 0.03 * phase * stride_s + 0.0101;
+        assert!(off_s.abs() < most_s, "{omega_v}, {phase}: {off_s} s");
+        let further_m = moved[first + 10] - x_m[first + 10];
+        assert!(further_m > 0.002, "{omega_v}, {phase}: {further_m} m");
+    }
+}
+
+#[test]
+fn touchdowns_found_on_the_way_are_those_of_the_analysis() {
+    for half in 0..8 {
+        let recording = disturbed(&Disturbance::default(), 0.5 * f64::from(half), 8.0);
+        let body = BodyParameters::default();
+        let period = (recording.metadata.control_period_s / body.time_step_s).round() as u64;
+        let mut touchdowns = Touchdowns::new(&body);
+        let mut found = Vec::new();
+        let forces = recording.column(column::NORMAL_FORCE_N[Side::Right.index()]);
+        for (k, normal_n) in forces[1..].iter().enumerate() {
+            touchdowns.see(*normal_n, k as u64 * period);
+            if let Some((last, lasted)) = touchdowns.stride() {
+                found.push((last - lasted) / period);
+            }
+        }
+        found.dedup();
+        let landings = right_landings(&recording, 0.0);
+        let periods = landings
+            .iter()
+            .map(|s| (s / recording.metadata.control_period_s).round() as u64);
+        let periods: Vec<u64> = periods.collect();
+        assert!(found.len() >= 3, "{found:?}");
+        assert_eq!(
+            found,
+            periods[..found.len()],
+            "ω_v {}",
+            0.5 * f64::from(half)
+        );
+        assert!(periods.len() <= found.len() + 1, "{periods:?}");
+    }
 }
 
 // The first that was given was timed first, and the stride of the other then had another length than when given in the order of

@@ -176,6 +176,25 @@ def test_episodes_are_disturbed():
     assert slope.state[0][1] > plain.reset(**seeds)[1]["z_m"]
 
 
+def test_a_push_comes_at_a_phase_of_the_stride():
+    controller = gaitshift.Controller.shipped()
+    push = {"forward_n": 100.0, "start_s": 3.0, "phase": 0.5}
+    noted = controller.record(3.0, 6.0, seed=2, disturbance={"pushes": [push]}).metadata["disturbance"]
+    recording = controller.record(3.0, 6.0, seed=2)
+    env = make(omega_v=3.0, controller=controller, disturbance={"pushes": [push]})
+    observation, _ = env.reset(seed=2)
+    moved = [env.state[0][0]]
+    for period in range(recording.rows - 1):
+        if period == 320:  # while it waits, or acts
+            env = copy.deepcopy(env)
+        observation, *_ = env.step(controller(observation))
+        moved.append(env.state[0][0])
+    [first, *_] = np.flatnonzero(recording["x_m"] != np.array(moved))
+    # The stride before it is as long as its own to within some percent.
+    assert recording["time_s"][first] == pytest.approx(noted["pushes"][0]["start_s"], abs=0.03)
+    assert moved[-1] > recording["x_m"][-1]
+
+
 @pytest.mark.parametrize(
     "options, words",
     [
@@ -185,7 +204,7 @@ def test_episodes_are_disturbed():
         ({"randomization": {"pushes": {"interval": 1}}}, "did you mean `interval_s`"),
         ({"disturbance": {"latencey_s": 1}}, "did you mean `latency_s`"),
         ({"disturbance": {"terrain": {"slope_rad": 3}}}, "terrain.slope_rad"),
-        ({"disturbance": {"pushes": [{"phase": 0.5}]}}, "phase"),
+        ({"disturbance": {"pushes": [{"phase": 1}]}}, "pushes[0].phase"),
         ({"disturbance": DISTURBANCE, "randomization": RANDOMIZATION}, "randomization"),
     ],
 )

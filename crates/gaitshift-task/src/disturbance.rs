@@ -6,14 +6,16 @@ use crate::conditions::{Conditions, LONGEST_LATENCY_S};
 use crate::environment::Part;
 use crate::error::require;
 use crate::observation::OBSERVATION_SIZE;
+use crate::touchdowns::Touchdowns;
 use crate::{
     Environment, RewardParameters, SensorNoise, StepOutcome, TaskError, TaskParameters,
     TerrainParameters, observe,
 };
-use gaitshift_body::{Body, BodyParameters};
+use gaitshift_body::{Body, BodyParameters, RIGHT};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Everything that disturbs a motion. As it stands by default it changes nothing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -71,6 +73,14 @@ impl Default for Push {
             duration_s: 0.1,
             phase: None,
         }
+    }
+}
+
+impl Push {
+    /// When it begins, or begins to wait, and how long it lasts, in integration steps of a body.
+    fn steps(&self, body: &BodyParameters) -> (u64, u64) {
+        let steps = |time_s: f64| whole_steps(time_s, body.time_step_s);
+        (steps(self.start_s), steps(self.duration_s).max(1))
     }
 }
 
@@ -178,14 +188,35 @@ pub struct Disturbed {
     rng: Xoshiro256PlusPlus,
     actuator_factor: [f64; 2],
     /// Force, and the integration steps between which it acts.
-    pushes: Vec<([f64; 2], std::ops::Range<u64>)>,
+    pushes: Vec<([f64; 2], Range<u64>)>,
+    /// Pushes that wait for their phase of the stride, and what finds the strides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    waiting: Option<(Vec<Waiting>, Touchdowns)>,
     /// Integration steps since it began.
     steps: u64,
 }
 
+/// A push that waits for its phase of the stride. Times are in integration steps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Waiting {
+    force_n: [f64; 2],
+    lasts: u64,
+    /// From when on a touchdown is waited for.
+    from: u64,
+    phase: f64,
+}
+
+impl Waiting {
+    /// When it is due in a stride that begins with a touchdown and is expected to last as long as the one before.
+    fn due(&self, (touchdown, stride): (u64, u64)) -> Option<u64> {
+        (touchdown >= self.from)
+            .then(|| touchdown.saturating_add((self.phase * stride as f64).round() as u64))
+    }
+}
+
 impl Disturbed {
     /// Begins now, with noise drawn by `seed`; `None` if nothing but the ground is disturbed. Pushes at a phase of the
-    /// stride are left out: who knows the strides gives their time.
+    /// stride are left out: who knows the strides gives their time, or they wait ([`Disturbed::with_phases`]).
     pub fn new(disturbance: &Disturbance, body: &BodyParameters, seed: u64) -> Option<Self> {
         if !disturbance.acts() {
             return None;
@@ -193,14 +224,10 @@ impl Disturbed {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         // Another stream than that of the start, which the same seed draws.
         rng.jump();
-        let steps = |time_s: f64| whole_steps(time_s, body.time_step_s);
         let timed = disturbance.pushes.iter().filter(|p| p.phase.is_none());
         let pushes = timed.map(|p| {
-            let start = steps(p.start_s);
-            (
-                [p.forward_n, p.up_n],
-                start..start + steps(p.duration_s).max(1),
-            )
+            let (start, lasts) = p.steps(body);
+            ([p.forward_n, p.up_n], start..start + lasts)
         });
         Some(Self {
             conditions: Conditions::new(
@@ -211,9 +238,27 @@ impl Disturbed {
             ),
             actuator_factor: disturbance.actuator_factor,
             pushes: pushes.collect(),
+            waiting: None,
             steps: 0,
             rng,
         })
+    }
+
+    /// The same with its pushes at phases of the stride, for motions whose strides nobody knows beforehand: each waits for
+    /// the right foot's first touchdown from its `start_s` on, and takes this stride to last as long as the one before.
+    pub(crate) fn with_phases(mut self, disturbance: &Disturbance, body: &BodyParameters) -> Self {
+        let waiting = disturbance.pushes.iter().filter_map(|push| {
+            let (from, lasts) = push.steps(body);
+            Some(Waiting {
+                force_n: [push.forward_n, push.up_n],
+                lasts,
+                from,
+                phase: push.phase?,
+            })
+        });
+        let waiting: Vec<Waiting> = waiting.collect();
+        self.waiting = (!waiting.is_empty()).then(|| (waiting, Touchdowns::new(body)));
+        self
     }
 
     /// Whether its time is one that a motion can have reached.
@@ -263,7 +308,29 @@ impl Disturbed {
         let parts: Vec<Part> = cuts.windows(2).map(|c| part(c[0], c[1])).collect();
         self.steps = end;
         let outcome = environment.step_in_parts(body, task, reward, command, &parts);
+        self.wait(outcome.report.normal_n[RIGHT], begin, period);
         self.conditions.sense(&mut self.rng);
         outcome
+    }
+
+    /// Sees the mean force on the right foot in a control period, and times the waiting pushes that are due before the next
+    /// one ends.
+    fn wait(&mut self, normal_n: f64, begin: u64, period: u32) {
+        let Some((waiting, touchdowns)) = &mut self.waiting else {
+            return;
+        };
+        touchdowns.see(normal_n, begin);
+        let Some(stride) = touchdowns.stride() else {
+            return;
+        };
+        let (now, pushes) = (self.steps, &mut self.pushes);
+        waiting.retain(|push| {
+            let due = push.due(stride).map(|due| due.max(now));
+            let comes = due.filter(|due| *due < now + u64::from(period));
+            if let Some(start) = comes {
+                pushes.push((push.force_n, start..start.saturating_add(push.lasts)));
+            }
+            comes.is_none()
+        });
     }
 }

@@ -21,6 +21,7 @@ mod reward;
 mod sensor_noise;
 mod start;
 mod terrain;
+mod touchdowns;
 mod vector;
 
 pub use batch::{BatchState, EnvironmentBatch, FinishedEpisode, Member};
@@ -44,6 +45,7 @@ pub use reward::{LegTerm, RewardParameters};
 pub use sensor_noise::SensorNoise;
 pub use start::StartParameters;
 pub use terrain::{TerrainParameters, TerrainStep, UnevenGround};
+pub use touchdowns::Touchdowns;
 pub use vector::{
     AutoReset, INFO_SIZE, INFO_WIDTH, Opening, VectorEnvironment, VectorState, VectorStep,
     info_names,

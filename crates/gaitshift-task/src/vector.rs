@@ -234,19 +234,13 @@ impl VectorEnvironment {
         self.checked()
     }
 
-    /// The same environments, each episode disturbed alike but for its noise, which is drawn.
+    /// The same environments, each episode disturbed alike but for its noise, which is drawn. A push at a phase of the stride
+    /// comes in the first stride from its `start_s` on that has one before it, and takes the one to last as long as the other.
     ///
     /// # Errors
-    /// A value out of range, a push at a phase of the stride, or a randomization as well.
+    /// A value out of range, or a randomization as well.
     pub fn disturbed(mut self, disturbance: Disturbance) -> Result<Self, TaskError> {
         disturbance.validate()?;
-        if let Some(push) = disturbance.pushes.iter().find(|p| p.phase.is_some()) {
-            return Err(TaskError {
-                key: "disturbance.pushes.phase".to_owned(),
-                value: format!("{:?}", push.phase.unwrap_or_default()),
-                accepted: "left out, with `start_s` instead: an environment does not know its strides beforehand; recordings take phases",
-            });
-        }
         self.setting.body = disturbance.place(self.setting.body);
         self.setting.disturbance = Some(disturbance);
         self.checked()
@@ -444,7 +438,8 @@ impl Setting {
             // Only noise is drawn: without any, commands and starts are those of an undisturbed environment.
             let noisy = disturbance.noise != crate::SensorNoise::default();
             let seed = if noisy { rng.random() } else { 0 };
-            Disturbed::new(disturbance, parameters, seed)
+            let disturbed = Disturbed::new(disturbance, parameters, seed)?;
+            Some(disturbed.with_phases(disturbance, parameters))
         });
         member.body = saved.body();
         let body = member.body.as_ref().unwrap_or(&self.body);

@@ -77,7 +77,7 @@ fn a_push_gives_its_impulse_when_it_should() {
         with.x - without.x
     );
     assert!((with.z - without.z + 30.0 * impulse).abs() < 0.05);
-    // A push at a phase of the stride needs someone who knows the stride.
+    // A push at a phase of the stride comes in a stride only.
     let phased = Disturbance {
         pushes: vec![Push {
             phase: Some(0.5),

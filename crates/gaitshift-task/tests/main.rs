@@ -12,4 +12,5 @@ mod observation;
 mod randomization;
 mod reward;
 mod terrain;
+mod touchdowns;
 mod vector;

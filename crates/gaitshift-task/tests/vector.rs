@@ -272,15 +272,6 @@ fn a_disturbed_episode_is_one_of_the_disturbance() {
     }
     assert_eq!(vector.environment(0), &alone);
     // What an environment cannot do is refused.
-    let phased = Disturbance {
-        pushes: vec![Push {
-            phase: Some(0.5),
-            ..push
-        }],
-        ..Disturbance::default()
-    };
-    let refused = self::vector(task.clone(), 1).disturbed(phased).unwrap_err();
-    assert!(refused.key.ends_with("phase"), "{refused}");
     let both = vector.randomized(Randomization::default());
     assert!(both.unwrap_err().accepted.contains("alone"));
 }

@@ -87,10 +87,9 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
             randomization: what each episode draws: factors of the body, ground, pushes, weak actuators, latency, noise, with
                 the keys of a phase's ``randomization``, e.g. ``{"body": {"friction": [0.5, 1.2]}, "latency_s": [0, 0.01],
                 "terrain": {"slope_rad": [-0.05, 0.05]}}``.
-            disturbance: what disturbs every episode, with the keys of ``gaitshift evaluate --disturbance`` except
-                a push's ``phase``, e.g.
+            disturbance: what disturbs every episode, with the keys of ``gaitshift evaluate --disturbance``, e.g.
                 ``{"terrain": {"slope_rad": 0.03}, "pushes": [{"forward_n": 80, "start_s": 2}]}``; not together with
-                ``randomization``.
+                ``randomization``. A push's ``phase`` is of a stride that is taken to last as long as the one before.
             render_mode: ``"rgb_array"``: :meth:`render` gives a picture; ``gymnasium.make`` also takes ``"rgb_array_list"``.
                 ``"human"``: the first reset opens a page in the browser, at :attr:`url`, on which the body moves; steps wait so
                 that it moves in real time.
