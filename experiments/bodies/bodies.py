@@ -10,7 +10,7 @@ A foot's centre of mass further out than the sole is put at the sole. The comman
 
     python experiments/bodies/bodies.py --controller shipped
     python experiments/bodies/bodies.py --controller robust
-    python experiments/bodies/bodies.py --controller robust --vary segments --share 0.2 --hip-com-m 0.1
+    python experiments/bodies/bodies.py --controller robust --vary segments --share 0.2 --hip-com-m -0.05 0.1
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ def main() -> None:
     parser.add_argument("--controller", default="shipped", help="file or name")
     parser.add_argument("--share", type=float, default=0.1, help="how far each parameter may be off")
     parser.add_argument("--vary", choices=("all", "segments"), default="all", help="what differs")
-    parser.add_argument("--hip-com-m", type=float, default=0.0,
-                        help="put the hip's centre of mass up to this higher or lower, in m")
+    parser.add_argument("--hip-com-m", type=float, nargs=2, metavar=("LOW", "HIGH"),
+                        help="draw the height of the hip's centre of mass over the axis from this range, in m")
     parser.add_argument("--bodies", type=int, default=25, help="how many bodies are drawn")
     parser.add_argument("--seed", type=int, default=1, help="draws the bodies")
     arguments = parser.parse_args()
@@ -71,7 +71,7 @@ def main() -> None:
     rng = np.random.default_rng(arguments.seed)
     varied = ALL if arguments.vary == "all" else SEGMENTS
     factors = rng.uniform(1 - arguments.share, 1 + arguments.share, (arguments.bodies, len(varied)))
-    heights = controller.body["hip_com_height_m"] + rng.uniform(-1, 1, arguments.bodies) * arguments.hip_com_m
+    heights = rng.uniform(*(arguments.hip_com_m or [controller.body["hip_com_height_m"]] * 2), arguments.bodies)
     all_falls = 0
     print("ω_v   falls  gaits of the others")
     for omega_v in COMMANDS:

@@ -23,7 +23,7 @@ Beside the controllers, OUT/log.csv has a row for each iteration: how far its up
 `--gaits` MuJoCo; an iteration takes about 10 s of one core, longer with `--gaits`:
 
     pip install torch safetensors mujoco
-    before=controllers/robust/shaped-when-slow.safetensors
+    before=controllers/robust/shaped-when-fast.safetensors
     python experiments/hardening/policy_gradient.py --controller $before --out out/pg
     python experiments/hardening/falls.py robust out/pg/400.safetensors
 """

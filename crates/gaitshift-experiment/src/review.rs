@@ -2,7 +2,8 @@
 
 use crate::config::{ConfigError, Experiment, RECIPES, read};
 use crate::edits::edits;
-use gaitshift_task::{Phase, Randomization};
+use crate::rehearsal::RehearsalParameters;
+use gaitshift_task::{ExtraTerm, Keyed, Phase, Randomization, RewardParameters, TerrainRanges};
 use std::path::Path;
 
 /// An experiment, looked at before it runs.
@@ -38,7 +39,9 @@ impl Review {
             None => (None, as_it_comes),
         };
         let mut warnings = experiment.warnings();
+        warnings.extend(replaced(&before, experiment));
         warnings.extend(unreached(experiment));
+        warnings.extend(seldom(experiment));
         warnings.extend(fall_height(&before, experiment));
         Ok(Self {
             base,
@@ -142,6 +145,106 @@ fn randomized(old: &mut Phase, new: &mut Phase) -> Option<String> {
     ))
 }
 
+/// Rewards that differ from the base and that the phases, often those of the base, replace from their start.
+fn replaced(before: &Experiment, after: &Experiment) -> Vec<String> {
+    let phases = &after.curriculum.phases;
+    let (old, new) = (&before.task.reward, &after.task.reward);
+    let values = old.values().into_iter().zip(new.values());
+    let mut warnings = Vec::new();
+    for (key, (from, to)) in RewardParameters::KEYS.iter().zip(values) {
+        if from != to && phases.iter().all(|phase| phase.reward.get(key).is_some()) {
+            warnings.push(format!(
+                "`task.reward.{key}` is {to} and has no effect: every phase sets its own `reward.{key}`"
+            ));
+        }
+    }
+    for term in Vec::<ExtraTerm>::from(new.extra.clone()) {
+        let name = &term.name;
+        let silent = |phase: &Phase| {
+            let (begin, end) = (
+                phase.reward_extra.get(name),
+                phase.reward_extra_end.get(name),
+            );
+            begin == Some(&0.0) && end.is_none_or(|weight| *weight == 0.0)
+        };
+        if term.weight != 0.0 && phases.iter().all(silent) {
+            warnings.push(format!(
+                "the reward term `{name}` of `task.reward.extra` has no effect: every phase sets its weight to 0 in `reward_extra`"
+            ));
+        }
+    }
+    let rehearsal = &after.training.rehearsal;
+    if *rehearsal != RehearsalParameters::default() && after.curriculum.rehearsal_start().is_none()
+    {
+        warnings.push(
+            "`training.rehearsal` has no effect: no phase rehearses (`learner = { rehearsal = 10 }`)"
+                .to_owned(),
+        );
+    }
+    warnings
+}
+
+/// Longest mean time between events of which most episodes still have one, in time limits.
+const SELDOM: f64 = 10.0;
+/// Faster than any biped here has run, in m/s.
+const OUT_OF_REACH_M_PER_S: f64 = 8.0;
+
+/// What an episode is over before.
+fn seldom(e: &Experiment) -> Vec<String> {
+    let limit_s = e.task.termination.time_limit_s;
+    let mut warnings = Vec::new();
+    let mut interval = |key: &str, interval_s: f64| {
+        if interval_s > SELDOM * limit_s {
+            warnings.push(format!(
+                "`{key}` is {interval_s} s in the mean, but episodes last {limit_s} s at most: fewer than one in ten has one"
+            ));
+        }
+    };
+    interval(
+        "curriculum.command.redraw_interval_s",
+        e.curriculum.command.redraw_interval_s,
+    );
+    let drawn = e.curriculum.phases.iter().filter_map(|phase| {
+        let randomization = phase.randomization.as_ref()?;
+        Some((
+            format!("curriculum.phases.{}.randomization", phase.name),
+            randomization,
+        ))
+    });
+    let drawn: Vec<_> = drawn.collect();
+    for (key, randomization) in &drawn {
+        if let Some(pushes) = &randomization.pushes {
+            interval(&format!("{key}.pushes.interval_s"), pushes.interval_s);
+        }
+    }
+    let reach_m = OUT_OF_REACH_M_PER_S * limit_s;
+    for (key, randomization) in &drawn {
+        let begins = randomization
+            .terrain
+            .as_ref()
+            .map(begins)
+            .unwrap_or_default();
+        for (name, from_m) in begins.into_iter().filter(|(_, from_m)| *from_m > reach_m) {
+            warnings.push(format!(
+                "`{key}.terrain.{name}` is never reached: the ground is flat up to {from_m} m, and episodes last {limit_s} s at most"
+            ));
+        }
+    }
+    warnings
+}
+
+/// Where ground that is drawn ceases to be flat at the earliest, in m.
+fn begins(terrain: &TerrainRanges) -> Vec<(&'static str, f64)> {
+    let (steps, uneven) = (&terrain.steps, &terrain.uneven);
+    let all = [
+        ("slope_rad", terrain.slope_rad, terrain.slope_from_m[0]),
+        ("steps", steps.height_m, steps.from_m + steps.spacing_m[0]),
+        ("uneven", uneven.height_m, uneven.from_m),
+    ];
+    let drawn = all.into_iter().filter(|(_, size, _)| *size != [0.0; 2]);
+    drawn.map(|(name, _, from_m)| (name, from_m)).collect()
+}
+
 /// Times and commands that the run never comes to.
 fn unreached(e: &Experiment) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -205,6 +308,20 @@ fn unreached(e: &Experiment) -> Vec<String> {
                  change it or the gaits of `[criteria]`"
             ));
         }
+    }
+    let judged = e.criteria.gaits.iter().map(|asked| asked.omega_v);
+    let judged: Vec<f64> = judged.collect();
+    let beyond = e
+        .criteria
+        .omega_v
+        .iter()
+        .filter(|omega_v| !(low..=high).contains(*omega_v) && !judged.contains(omega_v));
+    let beyond: Vec<String> = beyond.map(f64::to_string).collect();
+    if !beyond.is_empty() {
+        warnings.push(format!(
+            "no phase reaches {} of `criteria.omega_v`: commands are drawn from {low} to {high}",
+            beyond.join(", ")
+        ));
     }
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     if e.learner.threads > threads {

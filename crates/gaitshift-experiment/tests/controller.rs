@@ -16,7 +16,7 @@ fn what_comes_with_the_program_is_what_training_or_hardening_wrote() {
             "robust",
             "robust",
             1,
-            "python experiments/hardening/map_command.py --controller controllers/robust/shaped-when-slow.safetensors \
+            "python experiments/hardening/map_command.py --controller controllers/robust/shaped-when-fast.safetensors \
              --out robust.safetensors --points 0.3:0,0.31:0.9,2.5:1.3,2.51:2.2,3.5:2.3",
         ),
     ];

@@ -88,6 +88,41 @@ fn a_setting_that_every_phase_replaces_is_told_to_have_no_effect() {
     );
 }
 
+// Listed as a difference, and nothing said that the base's phases went on with rewards of their own.
+#[test]
+fn a_reward_that_every_phase_replaces_is_told_to_have_no_effect() {
+    let phase = |more: &str| format!("{PHASE}{more}\n");
+    let reward = "[task.reward]\nomega_e = 0.3\n";
+    let told = ["`task.reward.omega_e` is 0.3", "no effect"];
+    let text = format!("{reward}{}", phase("reward = { omega_e = 0.06 }"));
+    warned(&text, &told);
+    let none = |text: &str| {
+        let warnings = review(text).warnings;
+        assert!(
+            !warnings.iter().any(|w| w.contains("no effect")),
+            "{warnings:?}"
+        );
+    };
+    none(&format!("{text}{}", phase("").replace("only", "other")));
+    none(&format!(
+        "{reward}{}",
+        phase("reward_end = { omega_e = 0.06 }")
+    ));
+    let term = "[[task.reward.extra]]\nname = \"q\"\nweight = 3.0\nexpression = \"-theta_rad^2\"\n";
+    let silent = phase("reward_extra = { q = 0.0 }");
+    warned(
+        &format!("{term}{silent}"),
+        &["`q`", "`task.reward.extra`", "no effect"],
+    );
+    none(&format!("{term}{silent}reward_extra_end = {{ q = 1.0 }}\n"));
+    none(&format!("{term}{}", phase("reward_extra = { q = 1.0 }")));
+    let rehearsal = "[training.rehearsal]\nomega_v = [0.0, 0.1]\n";
+    warned(
+        &format!("{rehearsal}{PHASE}"),
+        &["`training.rehearsal`", "no effect"],
+    );
+}
+
 // It showed none.
 #[test]
 fn a_recipe_on_another_differs_from_that() {
@@ -201,9 +236,62 @@ fn what_is_never_reached_is_warned_of() {
     warned(&phase(1_000_000, "[0, 2]"), &["command 3", "running"]);
     warned(&phase(1_000_000, "[1, 3]"), &["command 0", "walking"]);
     warned(
+        &phase(1_000_000, "[0, 3]"),
+        &["reaches 3.5 of `criteria.omega_v`", "from 0 to 3"],
+    );
+    warned(
         "[body]\nleg_length_m = 1.0\n",
         &["leg_length_m", "thigh_distance_m"],
     );
+}
+
+// Episodes were over before, and nothing said so.
+#[test]
+fn what_an_episode_does_not_last_for_is_warned_of() {
+    warned(
+        &format!("[curriculum.command]\nredraw_interval_s = 200.0\n{PHASE}"),
+        &[
+            "`curriculum.command.redraw_interval_s` is 200",
+            "episodes last",
+        ],
+    );
+    let phase = |table: &str| format!("{PHASE}randomization = {{ {table} }}\n");
+    for (far, near, name) in [
+        (
+            "pushes = { forward_n = [-50.0, 50.0], interval_s = 1000.0 }",
+            "pushes = { forward_n = [-50.0, 50.0], interval_s = 10.0 }",
+            "pushes.interval_s",
+        ),
+        (
+            "terrain = { slope_rad = [0.0, 0.1], slope_from_m = [500.0, 600.0] }",
+            "terrain = { slope_rad = [0.0, 0.1], slope_from_m = [1.0, 600.0] }",
+            "terrain.slope_rad",
+        ),
+        (
+            "terrain = { steps = { height_m = [0.0, 0.02], from_m = 500.0 } }",
+            "terrain = { steps = { height_m = [0.0, 0.02], from_m = 2.0 } }",
+            "terrain.steps",
+        ),
+        (
+            "terrain = { uneven = { height_m = [0.0, 0.02], from_m = 500.0 } }",
+            "terrain = { uneven = { height_m = [0.0, 0.0], from_m = 500.0 } }",
+            "terrain.uneven",
+        ),
+    ] {
+        warned(
+            &phase(far),
+            &[
+                "`curriculum.phases.only.randomization",
+                name,
+                "episodes last",
+            ],
+        );
+        let warnings = review(&phase(near)).warnings;
+        assert!(
+            !warnings.iter().any(|w| w.contains("episodes last")),
+            "{warnings:?}"
+        );
+    }
 }
 
 // It trained like a phase without any, in silence.

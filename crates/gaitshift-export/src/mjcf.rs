@@ -104,7 +104,7 @@ fn delay(steps: u32, step_s: f64) -> String {
 
 /// The body as the text of an MJCF file, SI units and radians. The task gives the keyframe `start`, its default
 /// start, and the number `control_period_s`, for which a policy's action is held. Of the disturbance it has the ground and what the
-/// actuators are; noise and pushes cannot be said in MJCF.
+/// actuators are; noise and pushes are none of a model's: MuJoCo does not apply the `noise` of a sensor.
 ///
 /// # Errors
 /// Parameters that are not valid ([`BodyParameters::validate`]).

@@ -171,6 +171,11 @@ impl Batch {
         to_python(py, self.vector.task())
     }
 
+    #[getter]
+    fn disturbance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.vector.disturbance())
+    }
+
     fn seed(&mut self, index: usize, seed: u64) -> PyResult<()> {
         self.check_index(index)?;
         self.vector.seed(index, seed);

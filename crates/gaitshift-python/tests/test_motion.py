@@ -76,6 +76,17 @@ def test_it_records_disturbed_motions_as_the_program_does(program, tmp_path, con
     assert len(ours.metadata["disturbance"]["pushes"]) == 2 and ours.metadata["ground"] and ours.rows > 200
 
 
+def test_a_push_that_never_came_is_warned_of(controller):
+    def record(*pushes):
+        return controller.record(1.5, 2.0, disturbance={"pushes": [{"forward_n": 10, **push} for push in pushes]})
+
+    with pytest.warns(UserWarning, match="1 of 2 pushes came"):
+        record({"start_s": 1}, {"start_s": 3})
+    with pytest.warns(UserWarning, match="0 of 1 pushes came"):
+        record({"start_s": 1.9, "phase": 0.9})
+    record({"start_s": 1})
+
+
 def test_a_disturbance_that_changes_nothing_is_none(controller):
     assert_same(controller.record(1.5, 1.0, disturbance={}, task={}), controller.record(1.5, 1.0))
 

@@ -195,6 +195,14 @@ def test_a_push_comes_at_a_phase_of_the_stride():
     assert moved[-1] > recording["x_m"][-1]
 
 
+# A push without `start_s` comes at 5 s, when an episode is over, and nothing said so.
+def test_a_push_after_the_end_is_warned_of():
+    with pytest.warns(UserWarning, match="the push at 5 s never comes: episodes last 5 s"):
+        make(disturbance={"pushes": [{"forward_n": 100.0}]})
+    make(disturbance={"pushes": [{"forward_n": 100.0, "start_s": 4.0}]})
+    make(disturbance={"pushes": [{"forward_n": 100.0}]}, task={"termination": {"time_limit_s": 6.0}})
+
+
 @pytest.mark.parametrize(
     "options, words",
     [

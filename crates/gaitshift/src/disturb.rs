@@ -117,7 +117,7 @@ pub struct ModelArguments {
 }
 
 impl ModelArguments {
-    /// The file's disturbance with the options put over it. Noise and pushes are refused: a model has none.
+    /// The file's disturbance with the options put over it. Noise and pushes are refused: MuJoCo applies none that a model gives.
     pub fn read(&self) -> Result<Disturbance, Failure> {
         let mut d = match &self.disturbance {
             Some(path) => load_disturbance(path).map_err(Failure::input)?,
@@ -125,8 +125,8 @@ impl ModelArguments {
         };
         if d.noise != SensorNoise::default() || !d.pushes.is_empty() {
             return Err(Failure::input(format!(
-                "{}: an MJCF model cannot hold `noise` or `pushes`; remove them from the file, and apply them in the script that runs \
-                 the model",
+                "{}: MuJoCo applies no `noise` or `pushes` that a model gives; remove them from the file, and apply them in the script that \
+                 runs the model",
                 self.disturbance
                     .as_deref()
                     .unwrap_or(Path::new(""))

@@ -179,11 +179,10 @@ fn verdict(judgement: &Judgement) -> String {
 
 /// Over the lines of evaluations, which fit 80 columns: what their columns are.
 fn heading(judgement: &Judgement) -> String {
-    let commands: String = judgement
+    let commands = judgement
         .rows
         .iter()
-        .map(|row| format!(" {:<5}", row.omega_v))
-        .collect();
+        .map(|row| format!(" {:<5}", row.omega_v));
     let line = format!(
         "{:>9} {:>6} {:>5} {:>5}  ω_v",
         "step", "time", "met", "score"
@@ -197,37 +196,47 @@ fn heading(judgement: &Judgement) -> String {
         "{}\n{}\n{}",
         explained.join("\n"),
         line,
-        format!("{:28}{commands}", "").trim_end()
+        format!("{:BEFORE$}{}", "", in_columns(commands)).trim_end()
     )
+}
+
+/// Columns before those of the commands, and as many of these as a line of 80 columns holds.
+const BEFORE: usize = 28;
+const A_LINE: usize = 8;
+
+/// What is told of each command, on further lines where there are many.
+fn in_columns(each: impl Iterator<Item = String>) -> String {
+    let each: Vec<String> = each.collect();
+    let lines = each
+        .chunks(A_LINE)
+        .map(|line| line.concat().trim_end().to_owned());
+    lines.collect::<Vec<_>>().join(&format!("\n{:BEFORE$}", ""))
 }
 
 /// One evaluation in a line; the best so far has a star.
 fn evaluation(p: &Progress, judgement: &Judgement, best: bool) -> String {
-    let gaits: String = judgement
-        .rows
-        .iter()
-        .map(|row| {
-            let s = &row.summary;
-            // A Froude number below 1 without its zero.
-            let froude = || output::number(s.froude, 2).replacen("0.", ".", 1);
-            let word = match s.gait {
-                _ if s.fell => format!("f{:.1}", s.survived_s),
-                GaitClass::Walking => format!("w{}", froude()),
-                GaitClass::Running => format!("r{}", froude()),
-                GaitClass::Standing => "s".to_owned(),
-                _ => format!("m{}", froude()),
-            };
-            format!(" {word:<5}")
-        })
-        .collect();
+    let gaits = judgement.rows.iter().map(|row| {
+        let s = &row.summary;
+        // A Froude number below 1 without its zero.
+        let froude = || output::number(s.froude, 2).replacen("0.", ".", 1);
+        let word = match s.gait {
+            _ if s.fell => format!("f{:.1}", s.survived_s),
+            GaitClass::Walking => format!("w{}", froude()),
+            GaitClass::Running => format!("r{}", froude()),
+            GaitClass::Standing => "s".to_owned(),
+            _ => format!("m{}", froude()),
+        };
+        format!(" {word:<5}")
+    });
     let line = format!(
-        "{:>9} {:>6} {:>2}/{} {:>5.1}{}{gaits}",
+        "{:>9} {:>6} {:>2}/{} {:>5.1}{}{}",
         count(p.step),
         duration(p.elapsed_s),
         judgement.met(),
         judgement.checks.len(),
         judgement.score(),
         if best { "*" } else { " " },
+        in_columns(gaits),
     );
     line.trim_end().to_owned()
 }

@@ -50,7 +50,9 @@ fn controllers_and_recordings_stand_in_one_table() {
     }
     assert!(text.starts_with("default start\n"), "{text}");
     let svg = String::from_utf8(place.read("out/compare/sweep.svg")).unwrap();
-    assert!(svg.contains(">shipped<") && svg.contains(">same.safetensors<"));
+    for name in ["shipped", "same.safetensors", "out/omega_v_3.csv"] {
+        assert!(svg.contains(&format!(">{name}<")), "{name}");
+    }
     // What is changed is the same for all, and said once.
     let text =
         place.stdout("compare shipped --omega-v 3 --duration-s 1 --set friction=0.5 --seed 1,2");

@@ -137,6 +137,18 @@ fn progress_goes_to_standard_error_in_plain_lines() {
         assert!(line.chars().count() <= 80, "{line}");
     }
     assert!(!stderr.contains('\u{1b}'), "{stderr}");
+    // Many commands go on in another line.
+    let many = "[0, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.25, 2.5, 2.75, 3, 3.25, 3.5]";
+    let set = format!("criteria.omega_v={many}").replace(' ', "");
+    let output = place_with_recipe().output(&format!("train tiny.toml --out run --set {set}"));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        stderr.contains("1.75\n") && stderr.contains("\n                             2     2.25"),
+        "{stderr}"
+    );
+    for line in stderr.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
     let stdout = String::from_utf8_lossy(&output.stdout);
     assert!(stdout.contains("6,000 steps and"), "{stdout}");
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
 from typing import Any, NamedTuple, cast
 
@@ -85,7 +86,7 @@ def make_batch(
         bounds = np.broadcast_to(np.asarray(omega_v, dtype=np.float64), (2,)).tolist()
     except (TypeError, ValueError):
         raise ValueError(f"`omega_v` must be a command or a pair (lowest, highest), not {omega_v!r}") from None
-    return _native.Batch(
+    batch = _native.Batch(
         count,
         bounds,
         experiment=experiment_text(experiment),
@@ -93,6 +94,16 @@ def make_batch(
         **{name: checked_table(name, table) for name, table in tables.items()},
         threads=threads,
     )
+    limit_s = batch.task["termination"]["time_limit_s"]
+    late = [push["start_s"] for push in (batch.disturbance or {}).get("pushes", []) if push["start_s"] >= limit_s]
+    if late:
+        starts = ", ".join(f"{start_s:g} s" for start_s in late)
+        warnings.warn(
+            f"the push at {starts} never comes: episodes last {limit_s:g} s. Give it another `start_s`, or the task another "
+            "`time_limit_s`",
+            stacklevel=3,
+        )
+    return batch
 
 
 def experiment_text(experiment: str | os.PathLike[str] | None) -> str | None:

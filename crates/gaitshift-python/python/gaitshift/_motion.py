@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -154,8 +155,8 @@ class Controller:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Controller:
-        """Reads a ``controller.safetensors`` that ``gaitshift train`` wrote, or takes the one that comes with the package
-        under this name, ``"shipped"`` or ``"robust"``.
+        """Reads a ``controller.safetensors`` that ``gaitshift train`` wrote, or the best one of a run's folder, or takes the one
+        that comes with the package under this name, ``"shipped"`` or ``"robust"``.
 
         Raises:
             OSError: the file cannot be read.
@@ -206,6 +207,9 @@ class Controller:
 
         Raises:
             ValueError: an unknown parameter or a value out of range.
+
+        Warns:
+            UserWarning: a push never came.
         """
         if isinstance(omega_v, (int, float, np.number)):
             points = [(0.0, float(omega_v))]
@@ -213,7 +217,16 @@ class Controller:
             points = [(float(t), float(w)) for t, w in omega_v]
         tables = {"body": body, "task": task, "disturbance": disturbance}
         changes = {name: checked_table(name, table) for name, table in tables.items()}
-        return Recording._wrap(self._native.record(points, duration_s, checked_whole("seed", seed, 0), **changes))
+        recording = Recording._wrap(self._native.record(points, duration_s, checked_whole("seed", seed, 0), **changes))
+        asked = len((disturbance or {}).get("pushes", []))
+        noted = (recording.metadata["disturbance"] or {}).get("pushes", []) if asked else []
+        came = sum(push["start_s"] <= recording["time_s"][-1] for push in noted)
+        if came < asked:
+            warnings.warn(
+                f"{came} of {asked} pushes came: the motion does not last until the time of the others, or their phase of the stride",
+                stacklevel=2,
+            )
+        return recording
 
     def onnx(self) -> bytes:
         """The policy as an ONNX file: ``observation`` (batch, 14), not scaled, to ``action`` (batch, 2)."""

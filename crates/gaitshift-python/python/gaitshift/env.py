@@ -99,6 +99,9 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
             ValueError: an unknown parameter or recipe, a value out of range, an experiment or controller that cannot be
                 used.
             OSError: the controller's file cannot be read.
+
+        Warns:
+            UserWarning: a push of ``disturbance`` would come after the end of every episode.
         """
         self.render_mode = checked_render_mode(render_mode, ["human", "rgb_array"])
         self.observation_space, self.action_space = make_spaces()

@@ -65,8 +65,8 @@ pub struct EvaluateArguments {
     /// [default: the default start, always the same]
     ///
     /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
-    /// the default start is the middle of these ranges with the right leg in front. Nothing else is
-    /// random: the controller acts without noise. Of several starts the table has, for each command, the
+    /// the default start is the middle of these ranges with the right leg in front. The noise of --noise
+    /// is drawn with it, too; the ground of --uneven is not. Nothing else is random. Of several starts the table has, for each command, the
     /// gaits, the falls, and mean and standard deviation of the motions that did not fall.
     #[arg(long, value_name = "LIST", allow_hyphen_values = true, value_delimiter = ',', value_parser = seeds)]
     pub seed: Vec<Seeds>,
@@ -149,8 +149,8 @@ pub struct TransitionArguments {
     /// Random start, drawn with this seed [default: the default start, always the same]
     ///
     /// Leg angles, pitch, speed and height are drawn from the ranges in which training episodes start;
-    /// the default start is the middle of these ranges with the right leg in front. Nothing else is
-    /// random: the controller acts without noise.
+    /// the default start is the middle of these ranges with the right leg in front. The noise of --noise
+    /// is drawn with it, too; the ground of --uneven is not. Nothing else is random.
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = seed)]
     pub seed: Option<u64>,
 
