@@ -249,7 +249,7 @@ fn what_is_never_reached_is_warned_of() {
 #[test]
 fn what_an_episode_does_not_last_for_is_warned_of() {
     warned(
-        &format!("[curriculum.command]\nredraw_interval_s = 200.0\n{PHASE}"),
+        &format!("[curriculum.command]\nhold_periods = 0\nredraw_interval_s = 200.0\n{PHASE}"),
         &[
             "`curriculum.command.redraw_interval_s` is 200",
             "episodes last",

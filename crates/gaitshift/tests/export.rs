@@ -97,7 +97,7 @@ fn the_ground_is_the_one_asked_for() {
         place.write("noisy.toml", refused);
         place.refused(
             "export mjcf --disturbance noisy.toml",
-            &["noisy.toml", "an MJCF model cannot hold"],
+            &["noisy.toml", "MuJoCo applies no `noise` or `pushes`"],
         );
     }
     place.refused("export mjcf --slope 2rad", &["slope"]);
