@@ -24,7 +24,7 @@ a stand before a step:
     python experiments/hardening/walk_at_zero.py --controller out/walk/40.safetensors --out out/slow --slower-than 0.3 \
         --hard 3000 --deviation 0.1 --pushes=-200:1,-250:1,-300:1 --steps 0.02:1,0.03:1
 
-After a push forward it is faster (`--faster-than 1.35`). It is also faster after a run; therefore every third undisturbed motion
+After a push forward it is faster (`--faster-than 1.35`). So it is after a run; therefore every third undisturbed motion
 begins with one. `--begin-with` goes on from the numbers of another search.
 """
 
@@ -60,7 +60,7 @@ ENDS, ENDS_WITHIN = 0.2, 20.0  # |ω_v| in s/m up to which it is added, and how 
 
 STARTS, LONG_S, SETTLED_S = 27, 18.0, 6.0  # undisturbed motions, how long, and from when on they are a walk
 AFTER_A_RUN = ((0.0, 2.0), (1.6, 2.0), (2.0, 0.0))  # s and s/m; in every third of them
-LAST, EVERY = 1400, 112  # control periods at their end, and between two states that are pushed: a walk may change speed for long
+LAST, EVERY = 1400, 112  # control periods at their end, and between two that are pushed: a walk may change speed for long
 UP, OVER = 260, 800  # control periods that it has to stay up from the push on, and has to get over a step
 AHEAD_M = (0.45, 0.96)  # how far before a step's face the hip is at first, over a whole step of the walk
 LATE, LATE_S = 54, 16.0  # motions with a latency, and how long

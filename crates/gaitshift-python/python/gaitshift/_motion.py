@@ -155,8 +155,8 @@ class Controller:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Controller:
-        """Reads a ``controller.safetensors`` that ``gaitshift train`` wrote, or the best one of a run's folder, or takes the one
-        that comes with the package under this name, ``"shipped"`` or ``"robust"``.
+        """Reads a ``controller.safetensors`` that ``gaitshift train`` wrote, or the best one of a run's folder, or takes the
+        one that comes with the package under this name, ``"shipped"`` or ``"robust"``.
 
         Raises:
             OSError: the file cannot be read.
@@ -223,7 +223,8 @@ class Controller:
         came = sum(push["start_s"] <= recording["time_s"][-1] for push in noted)
         if came < asked:
             warnings.warn(
-                f"{came} of {asked} pushes came: the motion does not last until the time of the others, or their phase of the stride",
+                f"{came} of {asked} pushes came: the motion does not last until the time of the others, or their phase of the "
+                "stride",
                 stacklevel=2,
             )
         return recording
