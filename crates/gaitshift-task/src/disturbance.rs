@@ -216,7 +216,7 @@ impl Waiting {
 
 impl Disturbed {
     /// Begins now, with noise drawn by `seed`; `None` if nothing but the ground is disturbed. Pushes at a phase of the
-    /// stride are left out: who knows the strides gives their time, or they wait ([`Disturbed::with_phases`]).
+    /// stride are left out: who knows the strides gives their time, or they wait (`with_phases`).
     pub fn new(disturbance: &Disturbance, body: &BodyParameters, seed: u64) -> Option<Self> {
         if !disturbance.acts() {
             return None;
