@@ -192,39 +192,30 @@ const OUT_OF_REACH_M_PER_S: f64 = 8.0;
 /// What an episode is over before.
 fn seldom(e: &Experiment) -> Vec<String> {
     let limit_s = e.task.termination.time_limit_s;
-    let mut warnings = Vec::new();
-    let mut interval = |key: &str, interval_s: f64| {
-        if interval_s > SELDOM * limit_s {
-            warnings.push(format!(
+    let reach_m = OUT_OF_REACH_M_PER_S * limit_s;
+    let interval = |key: &str, interval_s: f64| {
+        (interval_s > SELDOM * limit_s).then(|| {
+            format!(
                 "`{key}` is {interval_s} s in the mean, but episodes last {limit_s} s at most: fewer than one in ten has one"
+            )
+        })
+    };
+    let redrawn_s = e.curriculum.command.redraw_interval_s;
+    let redrawn = interval("curriculum.command.redraw_interval_s", redrawn_s);
+    let mut warnings = Vec::from_iter(redrawn);
+    for phase in &e.curriculum.phases {
+        let Some(randomization) = &phase.randomization else {
+            continue;
+        };
+        let key = format!("curriculum.phases.{}.randomization", phase.name);
+        if let Some(pushes) = &randomization.pushes {
+            warnings.extend(interval(
+                &format!("{key}.pushes.interval_s"),
+                pushes.interval_s,
             ));
         }
-    };
-    interval(
-        "curriculum.command.redraw_interval_s",
-        e.curriculum.command.redraw_interval_s,
-    );
-    let drawn = e.curriculum.phases.iter().filter_map(|phase| {
-        let randomization = phase.randomization.as_ref()?;
-        Some((
-            format!("curriculum.phases.{}.randomization", phase.name),
-            randomization,
-        ))
-    });
-    let drawn: Vec<_> = drawn.collect();
-    for (key, randomization) in &drawn {
-        if let Some(pushes) = &randomization.pushes {
-            interval(&format!("{key}.pushes.interval_s"), pushes.interval_s);
-        }
-    }
-    let reach_m = OUT_OF_REACH_M_PER_S * limit_s;
-    for (key, randomization) in &drawn {
-        let begins = randomization
-            .terrain
-            .as_ref()
-            .map(begins)
-            .unwrap_or_default();
-        for (name, from_m) in begins.into_iter().filter(|(_, from_m)| *from_m > reach_m) {
+        let begins = randomization.terrain.iter().flat_map(begins);
+        for (name, from_m) in begins.filter(|(_, from_m)| *from_m > reach_m) {
             warnings.push(format!(
                 "`{key}.terrain.{name}` is never reached: the ground is flat up to {from_m} m, and episodes last {limit_s} s at most"
             ));
@@ -309,13 +300,17 @@ fn unreached(e: &Experiment) -> Vec<String> {
             ));
         }
     }
-    let judged = e.criteria.gaits.iter().map(|asked| asked.omega_v);
-    let judged: Vec<f64> = judged.collect();
+    let judged = |omega_v: f64| {
+        e.criteria
+            .gaits
+            .iter()
+            .any(|asked| asked.omega_v == omega_v)
+    };
     let beyond = e
         .criteria
         .omega_v
         .iter()
-        .filter(|omega_v| !(low..=high).contains(*omega_v) && !judged.contains(omega_v));
+        .filter(|omega_v| !(low..=high).contains(*omega_v) && !judged(**omega_v));
     let beyond: Vec<String> = beyond.map(f64::to_string).collect();
     if !beyond.is_empty() {
         warnings.push(format!(
