@@ -141,7 +141,12 @@ def test_disturbed_it_moves_as_the_program_does_to_the_bit_but_for_noise():
         "latency_s": 0.004,
         "actuator_factor": [0.9, 1.0],
         "pushes": [{"forward_n": 60, "start_s": 0.5}],
-        "terrain": {"slope_rad": 0.03, "slope_from_m": 0.5},
+        "terrain": {
+            "slope_rad": 0.03,
+            "slope_from_m": 0.5,
+            "steps": [{"height_m": 0.005, "at_m": 1.2}],
+            "uneven": {"height_m": 0.003, "from_m": 2},
+        },
     }
     differ = {}
     for noise in (0.0, 0.01):
@@ -158,7 +163,7 @@ def test_disturbed_it_moves_as_the_program_does_to_the_bit_but_for_noise():
         assert len(x_m) > 100
         differ[noise] = not np.array_equal(x_m, recording["x_m"][: len(x_m)])
         assert x_m[0] == recording["x_m"][0]
-    assert differ == {0.0: False, 0.01: True}
+    assert differ == {0.0: False, 0.01: True} and x_m[-1] > 2.5
 
 
 def test_actions_beyond_the_limits_are_limited():

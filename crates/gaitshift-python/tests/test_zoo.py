@@ -1,5 +1,4 @@
-"""Contract: RL Baselines3 Zoo trains on the environment as it comes. Skipped without the zoo (`pip install rl_zoo3`), which
-brings some fifty packages that nothing else here needs."""
+"""Contract: RL Baselines3 Zoo trains on the environment as it comes. Skipped where the zoo is not installed."""
 
 import subprocess
 import sys

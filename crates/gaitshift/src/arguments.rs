@@ -102,7 +102,7 @@ pub struct ChangeArguments {
     /// TOML file that changes the body, e.g. with the line `friction = 0.6`
     ///
     /// Keys are those of the table `[body]` in a run's config.toml, alone or under that table. Keys that the
-    /// file leaves out keep the values of the controller's training.
+    /// file leaves out keep the values of the controller's training; its other tables, such as `[task]`, are not used.
     #[arg(long, value_name = "FILE.toml")]
     pub body: Option<PathBuf>,
 

@@ -41,8 +41,10 @@ fn a_disturbed_change_says_what_disturbed_it_and_is_another_motion() {
     place.write("late.toml", "latency_s = 0.01\n");
     for options in [
         "--push 100@4",
+        "--push 100@4+0.5",
         "--slope 1deg@1",
         "--step-up 1cm@6",
+        "--step-down 1cm@6",
         "--uneven 5mm",
         "--latency 10ms",
         "--weak 0.95",
