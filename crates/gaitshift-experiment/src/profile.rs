@@ -156,7 +156,9 @@ impl CommandProfile {
             };
             let point = (number(time, "time_s")?, number(omega_v, "omega_v")?);
             if points.last().is_some_and(|last| last.0 >= point.0) {
-                return Err(error(format!("line {line}: time_s does not increase")));
+                return Err(error(format!(
+                    "line {line}: time_s does not increase; for a jump of the command let it be a little later, as 8.0001 after 8"
+                )));
             }
             points.push(point);
         }

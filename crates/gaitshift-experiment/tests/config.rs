@@ -619,6 +619,14 @@ fn slips_in_what_is_changed_by_name_have_their_line() {
             ["line 3", "expected a whole number"],
         ),
         (
+            "base = \"fast\"\n[curriculum.phases.\"I, stepping\"]\nsteps = 1e6",
+            ["line 3", "a whole number, without a point or an exponent"],
+        ),
+        (
+            "base = \"fast\"\n[curriculum.phases.II]\nrandomization.latency_s = 20",
+            ["line 3", "expected two numbers in brackets, such as [0, 1]"],
+        ),
+        (
             "base = \"fast\"\n[curriculum]\nphases.II.learner = { gama = 1 }",
             ["line 3", "gama"],
         ),

@@ -9,12 +9,12 @@ use crate::raster::fitting;
 use crate::style::{LABEL, PAPER, QUIET, SERIES, SMALL, TEXT, TITLE, WHITE};
 use crate::{Figure, FigureError};
 
-/// One evaluated command. What is undefined for the motion is `None` and left out of the picture.
+/// One evaluated command, of one motion or the mean of several. What is undefined for the motion is `None` and left out of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SweepPoint {
     /// Command `ω_v`.
     pub omega_v: f64,
-    /// Whether the body fell; drawn hollow.
+    /// Whether the body fell, or of several fell once or more; drawn hollow.
     pub fell: bool,
     /// What the motion is, where it is one thing. A line joins neighbouring commands of one gait only.
     pub gait: Option<GaitClass>,
@@ -30,6 +30,8 @@ pub struct SweepPoint {
     pub single_support: Option<f64>,
     /// Share of time with no foot on the ground, in [0, 1].
     pub flight: Option<f64>,
+    /// Of a mean, the standard deviations of the six quantities above, in their order; drawn as bars.
+    pub deviations: [Option<f64>; 6],
 }
 
 impl SweepPoint {
@@ -45,6 +47,7 @@ impl SweepPoint {
             double_support: summary.double_support,
             single_support: summary.single_support,
             flight: summary.flight,
+            deviations: [None; 6],
         }
     }
 }
@@ -132,7 +135,9 @@ pub fn sweep_figure(series: &[SweepSeries]) -> Result<Figure, FigureError> {
         });
     }
     for (index, point) in points().enumerate() {
-        let quantities = PANELS.iter().map(|kind| (kind.title, (kind.of)(point)));
+        let means = PANELS.iter().map(|kind| (kind.title, (kind.of)(point)));
+        let deviations = PANELS.iter().map(|kind| kind.title).zip(point.deviations);
+        let quantities = means.chain(deviations);
         for (name, value) in quantities.chain([("omega_v", Some(point.omega_v))]) {
             if let Some(value) = value.filter(|value| !value.is_finite()) {
                 return Err(FigureError::NotFinite {
@@ -161,7 +166,11 @@ pub fn sweep_figure(series: &[SweepSeries]) -> Result<Figure, FigureError> {
             width,
             height,
         );
-        let values = points().filter_map(|point| (kind.of)(point));
+        let values = points().filter_map(|point| {
+            let deviation = point.deviations[i].unwrap_or(0.0);
+            Some([-deviation, deviation].map(|by| (kind.of)(point).map(|value| value + by)))
+        });
+        let values = values.flatten().flatten();
         let y = if kind.is_share {
             Axis::exact(-0.03, 1.03, 5)
         } else {
@@ -175,7 +184,7 @@ pub fn sweep_figure(series: &[SweepSeries]) -> Result<Figure, FigureError> {
         panel.grid(&mut canvas);
         canvas.text((area.left, area.top - 7.0), kind.title, TITLE);
         for (series, ink) in series.iter().zip(SERIES.into_iter().cycle()) {
-            draw_series(&mut canvas, &panel, series, kind.of, ink);
+            draw_series(&mut canvas, &panel, series, (i, kind.of), ink);
         }
         for &(omega_v, value) in kind.paper {
             diamond(&mut canvas, panel.place(omega_v, value));
@@ -190,7 +199,13 @@ pub fn sweep_figure(series: &[SweepSeries]) -> Result<Figure, FigureError> {
     })
 }
 
-fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &SweepSeries, of: Quantity, ink: Ink) {
+fn draw_series(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    series: &SweepSeries,
+    (index, of): (usize, Quantity),
+    ink: Ink,
+) {
     let mut points: Vec<&SweepPoint> = series.points.iter().collect();
     points.sort_by(|a, b| a.omega_v.total_cmp(&b.omega_v));
     for part in points.chunk_by(|point, next| point.leads_to(next) && of(next).is_some()) {
@@ -204,6 +219,10 @@ fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &SweepSeries, of: Qua
     }
     for point in points {
         let Some(y) = of(point) else { continue };
+        if let Some(deviation) = point.deviations[index] {
+            let [low, high] = [-deviation, deviation].map(|by| panel.place(point.omega_v, y + by));
+            canvas.line(low, high, Paint::stroke(ink, 1.2));
+        }
         let fill = if point.fell { WHITE } else { ink };
         let place = panel.place(point.omega_v, y);
         canvas.circle(place, 3.0, Paint::fill(fill).outlined(ink, 1.2));
@@ -228,6 +247,7 @@ enum Mark {
     Series(Ink),
     Paper,
     Fell,
+    Deviation,
 }
 
 impl Legend {
@@ -240,14 +260,15 @@ impl Legend {
     fn new(series: &[SweepSeries], left: f64, right: f64) -> Self {
         let inks = SERIES.into_iter().cycle().map(Mark::Series);
         let names = series.iter().map(|series| series.label.as_str()).zip(inks);
-        let fell = series
-            .iter()
-            .flat_map(|s| &s.points)
-            .any(|point| point.fell);
+        let points = || series.iter().flat_map(|s| &s.points);
+        let fell = points().any(|point| point.fell);
+        let several = points().any(|point| point.deviations.iter().any(Option::is_some));
+        let of_fallen = if several { "one or more fell" } else { "fell" };
         let fixed = [("the paper", Mark::Paper)];
         let rest = fixed
             .into_iter()
-            .chain(fell.then_some(("fell", Mark::Fell)));
+            .chain(several.then_some(("mean over starts ± standard deviation", Mark::Deviation)))
+            .chain(fell.then_some((of_fallen, Mark::Fell)));
         let width = right - left - Self::SPACING.gap;
         let (names, marks): (Vec<String>, Vec<Mark>) = names
             .chain(rest)
@@ -271,6 +292,11 @@ impl Legend {
             match mark {
                 Mark::Series(ink) => canvas.circle(place, 3.5, Paint::fill(*ink)),
                 Mark::Paper => diamond(canvas, place),
+                Mark::Deviation => {
+                    let (x, y) = place;
+                    canvas.line((x, y - 6.0), (x, y + 6.0), Paint::stroke(QUIET, 1.2));
+                    canvas.circle(place, 3.0, Paint::fill(QUIET));
+                }
                 Mark::Fell => canvas.circle(place, 3.0, Paint::fill(WHITE).outlined(QUIET, 1.2)),
             }
         }

@@ -85,6 +85,30 @@ fn undefined_quantities_are_left_out_and_falls_are_hollow() {
 }
 
 #[test]
+fn of_means_the_standard_deviations_are_bars() {
+    let mut mean = point(1.0);
+    mean.deviations[0] = Some(0.3);
+    mean.deviations[2] = Some(0.0);
+    mean.fell = true;
+    let bars = |points| {
+        let svg = sweep_figure(&[series("a", points)]).unwrap().svg;
+        let ink = FIRST.replace("fill", "stroke");
+        let lines = svg.lines().filter(|line| line.starts_with("<line"));
+        (lines.filter(|line| line.contains(&ink)).count(), svg)
+    };
+    let (count, svg) = bars(vec![point(0.0), mean]);
+    assert_eq!(count, 2);
+    assert!(svg.contains("mean over starts ± standard deviation"));
+    assert!(svg.contains("one or more fell"));
+    let (count, svg) = bars(vec![point(0.0), point(1.0)]);
+    assert_eq!(count, 0);
+    assert!(!svg.contains("mean over starts"));
+    mean.deviations[1] = Some(f64::NAN);
+    let refused = sweep_figure(&[series("a", vec![mean])]);
+    assert!(matches!(refused, Err(FigureError::NotFinite { .. })));
+}
+
+#[test]
 fn no_line_leads_through_a_gap_between_gaits_or_to_a_fall() {
     // A line led from the fastest walk to the slowest run, through speeds that no motion has, and into falls.
     let gaits = [

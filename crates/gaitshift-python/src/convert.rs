@@ -6,7 +6,7 @@ use gaitshift_task::TaskParameters;
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyFloat, PyList, PyTuple};
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::Value;
 use std::ffi::CString;
@@ -37,6 +37,12 @@ pub fn to_python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound
 /// Python's dictionaries, lists, numbers (NumPy's too) and texts as a value; `name` is what errors call it.
 pub fn from_python(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     let py = value.py();
+    if let Some(place) = not_finite(value, String::new()) {
+        let place = place.trim_start_matches('.');
+        return Err(value_error(format!(
+            "`{name}`, `{place}`: a number is not finite"
+        )));
+    }
     let options = PyDict::new(py);
     options.set_item("allow_nan", false)?;
     // NumPy's arrays and numbers keep their kind: an integer stays one.
@@ -48,6 +54,20 @@ pub fn from_python(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
         .map_err(|e| value_error(format!("`{name}`: {}", e.value(py))))?
         .extract()?;
     serde_json::from_str(&text).map_err(|e| value_error(format!("`{name}`: {e}")))
+}
+
+/// Where in dictionaries and lists the first number that is not finite stands, after `place`.
+fn not_finite(value: &Bound<'_, PyAny>, place: String) -> Option<String> {
+    if let Ok(table) = value.cast::<PyDict>() {
+        let mut items = table.iter();
+        return items.find_map(|(key, value)| not_finite(&value, format!("{place}.{key}")));
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let mut items = value.try_iter().ok()?.flatten().enumerate();
+        return items.find_map(|(k, value)| not_finite(&value, format!("{place}[{k}]")));
+    }
+    let number = value.cast::<PyFloat>().ok()?.value();
+    (!number.is_finite()).then_some(place)
 }
 
 /// Parameters from a table; what it leaves out is as by default, and an unknown key is an error that names the one that was
@@ -122,8 +142,11 @@ pub fn read_controller(path: &Path) -> PyResult<Controller> {
         return Controller::read(path).map_err(value_error);
     }
     let path = &Controller::file_of(path);
-    // The operating system's error first, so that a missing file is a FileNotFoundError.
-    let bytes = std::fs::read(path).map_err(|e| os_error(&e, path))?;
+    // The operating system's kind of error, so that a missing file is a FileNotFoundError.
+    let bytes = std::fs::read(path).map_err(|e| match Controller::read(path) {
+        Err(told) => std::io::Error::new(e.kind(), told.to_string()).into(),
+        Ok(_) => os_error(&e, path),
+    })?;
     Controller::from_bytes(&bytes, path).map_err(value_error)
 }
 

@@ -185,7 +185,8 @@ def test_parameters_can_be_read_and_changed():
     [
         ({"body": {"foot_mass": 2.0}}, ValueError, "foot_mass"),
         ({"body": {"foot_mass_kg": -2.0}}, ValueError, "foot_mass_kg"),
-        ({"body": {"foot_mass_kg": float("nan")}}, ValueError, "`body`: .*float"),
+        ({"body": {"foot_mass_kg": float("nan")}}, ValueError, "`body`, `foot_mass_kg`: .* not finite"),
+        ({"task": {"start": {"pitch_rad": [0, float("inf")]}}}, ValueError, r"`task`, `start.pitch_rad\[1\]`"),
         ({"body": {"foot_mass_kg": object()}}, ValueError, "`body`"),
         ({"body": {"foot_mass_kg": "heavy"}}, ValueError, "heavy"),
         ({"body": 3}, TypeError, "body"),
@@ -197,7 +198,7 @@ def test_parameters_can_be_read_and_changed():
         ({"task": {"control_period_s": 0.0}}, ValueError, "control_period_s"),
         ({"experiment": "slow"}, ValueError, "slow"),
         ({"experiment": "no/such.toml"}, ValueError, "such.toml"),
-        ({"controller": "no/such.safetensors"}, FileNotFoundError, "such.safetensors"),
+        ({"controller": "no/such.safetensors"}, FileNotFoundError, "such.safetensors.*; give a "),
         ({"controller": 3}, TypeError, "controller"),
         ({"controller": gaitshift.Controller.shipped(), "experiment": "fast"}, ValueError, "one of them"),
         ({"omega_v": (3.0, 1.0)}, ValueError, "omega_v"),
@@ -294,6 +295,11 @@ def test_the_order_of_calls():
     for call in calls:
         with pytest.raises(gymnasium.error.ResetNeeded):
             call()
+    env.reset()
+    while not any(env.step(np.zeros(2))[2:4]):
+        pass
+    with pytest.raises(gymnasium.error.ResetNeeded, match="has ended"):
+        env.step(np.zeros(2))
     env.reset()
     env.close()
     env.close()

@@ -185,6 +185,8 @@ def test_bad_motions_are_refused(controller):
     for arguments in ([], 1.0), ([(0.0, 1.0), (0.0, 2.0)], 1.0), (1e9, 1.0), (float("nan"), 1.0), (1.0, -1.0), (1.0, 1e9):
         with pytest.raises(ValueError):
             controller.record(*arguments)
+    with pytest.raises(ValueError, match="'run', but it must be a number, or points"):
+        controller.record("run", 1.0)
     with pytest.raises(ValueError, match="frction"):
         controller.record(1.0, 1.0, body={"frction": 0.5})
     for wrong, error, words in [

@@ -136,8 +136,16 @@ impl Trace {
             .map(move |(k, row)| (k as f64 / length as f64, row))
     }
 
-    /// The stances of one leg in the trace, as ranges of rows, by [`ContactRule`] for a body of `weight_n`.
+    /// The stances of one leg in the trace, as ranges of rows, by [`ContactRule`] for a body of `weight_n`. What the trace
+    /// begins or ends with is not whole and none of them.
     pub fn stances(&self, leg: usize, weight_n: f64) -> Vec<Range<usize>> {
+        let mut contacts = self.contacts(leg, weight_n);
+        contacts.retain(|contact| self.is_whole(contact));
+        contacts
+    }
+
+    /// The same with the contacts that the trace begins or ends with.
+    pub fn contacts(&self, leg: usize, weight_n: f64) -> Vec<Range<usize>> {
         let rule = ContactRule::default();
         let mut runs: Vec<Range<usize>> = Vec::new();
         let mut begun = None;
@@ -152,18 +160,21 @@ impl Trace {
                 _ => {}
             }
         }
-        // What the trace begins or ends with is not whole.
-        let time = |k: usize| self.rows[k].time_s;
-        let mut stances: Vec<Range<usize>> = Vec::new();
+        runs.extend(begun.map(|first| first..self.rows.len()));
+        let between = |from: usize, to: usize| self.rows[to].time_s - self.rows[from].time_s;
+        let mut contacts: Vec<Range<usize>> = Vec::new();
         for run in runs {
-            match stances.last_mut() {
-                Some(last) if time(run.start) - time(last.end) < rule.min_gap_s => {
-                    last.end = run.end
-                }
-                _ => stances.push(run),
+            match contacts.last_mut() {
+                Some(last) if between(last.end, run.start) < rule.min_gap_s => last.end = run.end,
+                _ => contacts.push(run),
             }
         }
-        stances.retain(|s| s.start > 0 && time(s.end) - time(s.start) >= rule.min_contact_s);
-        stances
+        contacts.retain(|c| !self.is_whole(c) || between(c.start, c.end) >= rule.min_contact_s);
+        contacts
+    }
+
+    /// Whether a contact both begins and ends in the trace.
+    fn is_whole(&self, contact: &Range<usize>) -> bool {
+        contact.start > 0 && contact.end < self.rows.len()
     }
 }

@@ -1,5 +1,5 @@
 //! Contract: a stance lasts from a twentieth of the weight to a hundredth, 80 ms or longer, gaps under 20 ms filled; what a trace
-//! begins or ends with is none; a trace has a row for every integration step.
+//! begins or ends with is a contact, but no stance; a trace has a row for every integration step.
 
 use gaitshift_report::{Subject, Trace, TraceRow};
 
@@ -47,9 +47,10 @@ fn short_gaps_are_filled_and_short_contacts_left_out() {
 }
 
 #[test]
-fn what_a_trace_begins_or_ends_with_is_no_stance() {
-    let cut = trace(&[(1.0, 200), (0.0, 50), (1.0, 200)]);
-    assert!(stances(&cut).is_empty());
+fn what_a_trace_begins_or_ends_with_is_a_contact_and_no_stance() {
+    let cut = trace(&[(1.0, 20), (0.0, 50), (1.0, 100), (0.0, 50), (1.0, 20)]);
+    assert_eq!(stances(&cut), [(70, 170)]);
+    assert_eq!(cut.contacts(0, 100.0), [0..20, 70..170, 220..240]);
 }
 
 #[test]

@@ -251,7 +251,7 @@ impl VectorEnvironment {
             return Err(TaskError {
                 key: "randomization".to_owned(),
                 value: "given beside a disturbance".to_owned(),
-                accepted: "given alone: latency and noise are of the one or of the other",
+                accepted: "given alone; what shall be the same in every episode can be a range of one value, such as latency_s = [0.01, 0.01]",
             });
         }
         Ok(self)

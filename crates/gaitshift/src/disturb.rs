@@ -306,7 +306,16 @@ pub fn weak(text: &str) -> Result<Weak, String> {
 
 /// `FORWARD[:UP]@START[+PHASE][,DURATION]`.
 pub fn push(text: &str) -> Result<Push, String> {
-    let newtons = |text| quantity(text, &[("N", 1.0)]);
+    let newtons = |text: &str| {
+        let impulse = text.strip_suffix("N s").or(text.strip_suffix("Ns"));
+        if let Some(n_s) = impulse.and_then(|number| number.trim().parse::<f64>().ok()) {
+            let force_n = n_s / Push::default().duration_s;
+            return Err(format!(
+                "`{text}` is an impulse; give the force, here {force_n:.0} for 0.1 s"
+            ));
+        }
+        quantity(text, &[("N", 1.0)])
+    };
     let seconds = |text| quantity(text, &[("ms", 1e-3), ("s", 1.0)]);
     let (force, time) = text
         .split_once('@')

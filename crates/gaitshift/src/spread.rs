@@ -110,6 +110,14 @@ impl Spread {
             double_support: self.double_support.mean,
             single_support: self.single_support.mean,
             flight: self.flight.mean,
+            deviations: [
+                self.speed_m_per_s.sd,
+                self.froude.sd,
+                self.cost_of_transport.sd,
+                self.double_support.sd,
+                self.single_support.sd,
+                self.flight.sd,
+            ],
         })
     }
 }

@@ -219,7 +219,8 @@ fn train(
         output::note(&format!("warning: {warning}"));
     }
     let step = training.step();
-    if let Some(asked) = arguments.steps.filter(|&asked| asked <= step && step > 0) {
+    let done = arguments.steps.filter(|&asked| asked <= step && step > 0);
+    if let Some(asked) = done {
         output::note(&format!(
             "nothing to do: the run is at step {}, --steps asks for {}",
             count(step),
@@ -240,7 +241,7 @@ fn train(
         "controller-last.safetensors"
     };
     let controller = folder.join(name);
-    if !report.finished {
+    if !report.finished && done.is_none() {
         output::note(&format!(
             "stopped with a checkpoint; resume with: gaitshift train --resume {}",
             quoted(&folder.to_string_lossy())

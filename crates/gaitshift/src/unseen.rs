@@ -45,17 +45,25 @@ pub fn note<'a>(rows: impl Iterator<Item = &'a Row> + Clone, disturbance: Option
             )),
         }
     }
-    let came = rows.clone().map(pushes).max().unwrap_or(0);
     let mut asked: Vec<f64> = disturbance
         .iter()
         .flat_map(|d| &d.pushes)
         .map(|push| push.start_s)
         .collect();
     asked.sort_by(f64::total_cmp);
-    for start_s in asked.iter().skip(came) {
-        output::note(&format!(
-            "the push at {start_s} s never came: no motion lasts until its time, or its phase of the stride"
-        ));
+    for (before, start_s) in asked.iter().enumerate() {
+        let without: Vec<&Row> = rows.clone().filter(|row| pushes(row) <= before).collect();
+        if without.len() == all {
+            output::note(&format!(
+                "the push at {start_s} s never came: no motion lasts until its time, or its phase of the stride"
+            ));
+        } else if !without.is_empty() {
+            output::note(&format!(
+                "{} of {all} motions ended before the push at {start_s} s, or before its phase of the stride: {}",
+                without.len(),
+                listed(&without)
+            ));
+        }
     }
     for (name, at_m) in disturbance.map(ends_of_flat_ground).unwrap_or_default() {
         let short: Vec<&Row> = rows

@@ -672,6 +672,7 @@ fn disturbances_that_make_no_sense_are_refused_with_what_would() {
         ("--noise theta", &["NAME=SD"]),
         ("--push 100", &["FORCE@START"]),
         ("--push 100@5+2", &["PHASE"]),
+        ("--push 8Ns@5", &["give the force, here 80 for 0.1 s"]),
         ("--slope 3", &["3deg"]),
         ("--weak 2", &["from 0"]),
         ("--step-up 30", &["1 m"]),
@@ -703,6 +704,11 @@ fn what_diverged_and_what_never_came_is_said() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("never came"));
     // Its phase of the stride comes after the end; and one that ends the motion came.
     assert!(said("--push 80@1.9+0.9").contains("the push at 1.9 s never came"));
+    // One that falls at 0.97 s was among the falls under a push.
+    assert!(
+        said("--seed 1..3 --push 8@1.5")
+            .contains("1 of 3 motions ended before the push at 1.5 s, or before its phase of the stride: ω_v 3 from seed 3, which fell before")
+    );
     let ended = said("--push 1e6@1");
     assert!(
         ended.contains("diverged: the disturbance") && !ended.contains("never came"),

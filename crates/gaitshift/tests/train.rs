@@ -86,6 +86,7 @@ fn stopping_and_resuming_ends_with_the_same_controller() {
         stderr.contains("nothing to do: the run is at step 2,"),
         "{stderr}"
     );
+    assert!(!stderr.contains("stopped"), "{stderr}");
     assert_eq!(place.read("parts/episodes.csv"), episodes);
     let report = place.json("train --resume parts --threads 2 --json");
     assert_eq!(report["finished"], true);

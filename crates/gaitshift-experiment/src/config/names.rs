@@ -136,7 +136,11 @@ pub(super) fn elsewhere(unknown: &str) -> Vec<String> {
 }
 
 /// What a parser expects, in words of people who do not know Rust.
-const PLAIN: [(&str, &str); 5] = [
+const PLAIN: [(&str, &str); 6] = [
+    (
+        "expected an array of length 2",
+        "expected two numbers in brackets, such as [0, 1]",
+    ),
     ("expected f64", "expected a number"),
     ("expected f32", "expected a number"),
     ("expected usize", "expected a whole number, 0 or greater"),
@@ -196,6 +200,13 @@ pub fn did_you_mean(message: &str) -> String {
             .fold(message.to_owned(), |text, (rust, plain)| {
                 text.replace(rust, plain)
             });
-        without_type_name(plain)
+        let plain = without_type_name(plain);
+        if plain.contains("floating point") {
+            return plain.replace(
+                "a whole number",
+                "a whole number, without a point or an exponent",
+            );
+        }
+        plain
     })
 }

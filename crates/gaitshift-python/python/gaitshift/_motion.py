@@ -214,7 +214,10 @@ class Controller:
         if isinstance(omega_v, (int, float, np.number)):
             points = [(0.0, float(omega_v))]
         else:
-            points = [(float(t), float(w)) for t, w in omega_v]
+            try:
+                points = [(float(t), float(w)) for t, w in omega_v]
+            except (TypeError, ValueError):
+                raise ValueError(f"omega_v is {omega_v!r}, but it must be a number, or points (time in s, command)") from None
         tables = {"body": body, "task": task, "disturbance": disturbance}
         changes = {name: checked_table(name, table) for name, table in tables.items()}
         recording = Recording._wrap(self._native.record(points, duration_s, checked_whole("seed", seed, 0), **changes))

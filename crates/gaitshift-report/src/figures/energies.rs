@@ -113,9 +113,10 @@ fn stride(trace: &Trace, weight_n: f64) -> Option<Range<usize>> {
 
 /// The support phases of a stride, x from 0 to 1.
 fn phases(trace: &Trace, stride: &Range<usize>, weight_n: f64) -> Vec<PhaseInterval> {
-    let stances = [0, 1].map(|leg| trace.stances(leg, weight_n));
+    // A foot may be on the ground since before the trace.
+    let contacts = [0, 1].map(|leg| trace.contacts(leg, weight_n));
     let phase_of = |row: usize| {
-        let down = |leg: usize| stances[leg].iter().any(|stance| stance.contains(&row));
+        let down = |leg: usize| contacts[leg].iter().any(|contact| contact.contains(&row));
         match (down(0), down(1)) {
             (true, true) => SupportPhase::Double,
             (true, false) => SupportPhase::SingleRight,

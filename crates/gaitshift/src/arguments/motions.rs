@@ -94,7 +94,7 @@ pub struct EvaluateArguments {
     /// Check all criteria of a finished controller; exit code 1 if one is not met
     ///
     /// FILE has a table `[criteria]`, or the keys of that table alone. Without it the criteria are those of
-    /// the run of --controller DIR, otherwise the default 39, with bounds that the paper reports: 20 s without a fall at each ω_v from 0 to 3.5,
+    /// the run of --controller DIR, otherwise the default 39, this project's reading of what the paper reports (docs/deviations.md has each bound's reason): 20 s without a fall at each ω_v from 0 to 3.5,
     /// a walk at 0 and a run at 3, speeds, costs of transport, energy correlations, and changes of gait from
     /// ten phases of the stride both ways. All of it is measured from random starts where --seed asks for
     /// them. The criteria determine the motions: this option cannot be combined with those that choose motions, or disturbances.
