@@ -69,6 +69,9 @@ pub struct RenderArguments {
     pub stride_at_s: Option<f64>,
 
     /// Poses of the stride or the time drawn, 2 to 60 [default: 12]
+    ///
+    /// Many are drawn further apart than they are, each on the ground around it: to see a step or a slope, draw
+    /// few poses of a short time.
     #[arg(
         long,
         value_name = "N",

@@ -129,7 +129,8 @@ pub struct TrainArguments {
 /// stops; the same command continues from them, and finished runs are not repeated. At the end, and with
 /// --table at any time, a table gives for each variant the results over its seeds, with intervals, and the
 /// difference from the first variant (settings drawn at random have none; the best stand first): table.md,
-/// table.json and a figure of all runs, table.svg and .png, in the sweep's folder.
+/// table.json and a figure of all runs, table.svg and .png, in the sweep's folder. For their learning curves
+/// give the runs' folders to `gaitshift compare`.
 #[derive(Debug, Args)]
 #[command(after_long_help = "\
 Examples:
