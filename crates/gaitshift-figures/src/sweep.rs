@@ -166,11 +166,11 @@ pub fn sweep_figure(series: &[SweepSeries]) -> Result<Figure, FigureError> {
             width,
             height,
         );
-        let values = points().filter_map(|point| {
+        let values = points().flat_map(|point| {
             let deviation = point.deviations[i].unwrap_or(0.0);
-            Some([-deviation, deviation].map(|by| (kind.of)(point).map(|value| value + by)))
+            [-deviation, deviation].map(|by| (kind.of)(point).map(|value| value + by))
         });
-        let values = values.flatten().flatten();
+        let values = values.flatten();
         let y = if kind.is_share {
             Axis::exact(-0.03, 1.03, 5)
         } else {

@@ -27,6 +27,7 @@ fn point(omega_v: f64) -> SweepPoint {
         double_support: Some((0.4 - 0.3 * omega_v).max(0.0)),
         single_support: Some(0.6),
         flight: Some((0.2 * omega_v - 0.2).max(0.0)),
+        deviations: [None; 6],
     }
 }
 

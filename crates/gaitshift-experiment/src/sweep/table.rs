@@ -309,7 +309,7 @@ impl SweepTable {
              Seeds are the unit. `best` is the controller of a run that its evaluations score highest, `late` the mean \
              over the last quarter of its evaluations; both are criteria met, interquartile mean over seeds with a \
              95 % bootstrap interval. `effect` is the difference of `best` to the reference, the first \
-             variant of the file, seed by seed; settings drawn at random have none and stand best first. `walks`, \
+             variant given, seed by seed; settings drawn at random have none and stand best first. `walks`, \
              `runs`, `changes`, `all` count seeds whose best controller does so.\n\n\
              | variant | seeds | finished | best | late | effect | walks | runs | changes | all |\n\
              | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
