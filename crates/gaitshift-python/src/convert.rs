@@ -37,11 +37,11 @@ pub fn to_python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound
 /// Python's dictionaries, lists, numbers (NumPy's too) and texts as a value; `name` is what errors call it.
 pub fn from_python(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     let py = value.py();
-    if let Some(place) = not_finite(value, String::new()) {
-        let place = place.trim_start_matches('.');
-        return Err(value_error(format!(
-            "`{name}`, `{place}`: a number is not finite"
-        )));
+    if let Some(place) = not_finite(value, "", DEEPEST) {
+        return Err(value_error(match place.trim_start_matches('.') {
+            "" => format!("`{name}`: a number is not finite"),
+            place => format!("`{name}`, `{place}`: a number is not finite"),
+        }));
     }
     let options = PyDict::new(py);
     options.set_item("allow_nan", false)?;
@@ -56,18 +56,25 @@ pub fn from_python(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
     serde_json::from_str(&text).map_err(|e| value_error(format!("`{name}`: {e}")))
 }
 
+/// Tables in tables that are looked into; one that holds itself has no end.
+const DEEPEST: usize = 16;
+
 /// Where in dictionaries and lists the first number that is not finite stands, after `place`.
-fn not_finite(value: &Bound<'_, PyAny>, place: String) -> Option<String> {
+fn not_finite(value: &Bound<'_, PyAny>, place: &str, deeper: usize) -> Option<String> {
+    if let Ok(number) = value.cast::<PyFloat>() {
+        return (!number.value().is_finite()).then(|| place.to_owned());
+    }
+    let deeper = deeper.checked_sub(1)?;
     if let Ok(table) = value.cast::<PyDict>() {
         let mut items = table.iter();
-        return items.find_map(|(key, value)| not_finite(&value, format!("{place}.{key}")));
+        return items
+            .find_map(|(key, value)| not_finite(&value, &format!("{place}.{key}"), deeper));
     }
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
         let mut items = value.try_iter().ok()?.flatten().enumerate();
-        return items.find_map(|(k, value)| not_finite(&value, format!("{place}[{k}]")));
+        return items.find_map(|(k, value)| not_finite(&value, &format!("{place}[{k}]"), deeper));
     }
-    let number = value.cast::<PyFloat>().ok()?.value();
-    (!number.is_finite()).then_some(place)
+    None
 }
 
 /// Parameters from a table; what it leaves out is as by default, and an unknown key is an error that names the one that was

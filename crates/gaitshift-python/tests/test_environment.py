@@ -180,9 +180,14 @@ def test_parameters_can_be_read_and_changed():
     assert positions.shape == velocities.shape == (11,)
 
 
+ENDLESS: dict[str, object] = {}
+ENDLESS["body"] = ENDLESS
+
+
 @pytest.mark.parametrize(
     ("options", "error", "words"),
     [
+        ({"body": ENDLESS}, ValueError, "`body`: .*[Cc]ircular"),
         ({"body": {"foot_mass": 2.0}}, ValueError, "foot_mass"),
         ({"body": {"foot_mass_kg": -2.0}}, ValueError, "foot_mass_kg"),
         ({"body": {"foot_mass_kg": float("nan")}}, ValueError, "`body`, `foot_mass_kg`: .* not finite"),
