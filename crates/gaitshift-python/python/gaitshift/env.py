@@ -109,7 +109,6 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
         self.metadata = render_metadata(self.metadata, self._batch)
         self._seeded = False
         self._running = False
-        self._ended = False
         self._closed = False
         self.url: str | None = None
         """Where the page of the render mode ``human`` is, from the first reset on."""
@@ -151,7 +150,7 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
             webbrowser.open(self.url)
         observation, info = self._batch.reset_one(0, *opening)
         self._due_s = time.monotonic()
-        self._running, self._ended = True, False
+        self._running = True
         return observation, info
 
     def step(
@@ -159,19 +158,18 @@ class PassiveBipedEnv(HasParameters, gymnasium.Env[NDArray[np.float64], NDArray[
     ) -> tuple[NDArray[np.float64], float, bool, bool, dict[str, Any]]:
         """Advances by one control period.
 
+        After the end of an episode the body goes on moving until ``reset``; that is of no episode.
+
         Raises:
             ValueError: an action of another shape than ``(2,)``, or with a number that is not finite.
-            gymnasium.error.ResetNeeded: no episode has begun, or it has ended.
+            gymnasium.error.ResetNeeded: no episode has begun.
             gymnasium.error.ClosedEnvironmentError: the environment is closed.
         """
         self._check_running("step")
-        if self._ended:
-            raise ResetNeeded("the episode has ended; call reset before the next step")
         action = np.asarray(action, dtype=np.float64)
         if action.shape != (2,):
             raise ValueError(f"the action has the shape {action.shape}, but it must be (2,)")
         outcome = self._batch.step_one(*action.tolist())
-        self._ended = outcome[2] or outcome[3]
         if self.render_mode == "human":
             self._wait()
         return outcome
