@@ -51,8 +51,10 @@ pub fn note<'a>(rows: impl Iterator<Item = &'a Row> + Clone, disturbance: Option
         .map(|push| push.start_s)
         .collect();
     asked.sort_by(f64::total_cmp);
+    let counted: Vec<(&Row, usize)> = rows.clone().map(|row| (row, pushes(row))).collect();
     for (before, start_s) in asked.iter().enumerate() {
-        let without: Vec<&Row> = rows.clone().filter(|row| pushes(row) <= before).collect();
+        let without = counted.iter().filter(|(_, came)| *came <= before);
+        let without: Vec<&Row> = without.map(|(row, _)| *row).collect();
         if without.len() == all {
             output::note(&format!(
                 "the push at {start_s} s never came: no motion lasts until its time, or its phase of the stride"
